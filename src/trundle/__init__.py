@@ -1,0 +1,41 @@
+"""Wheeled mobile robots: describe a robot by its wheels, get everything that follows."""
+
+from trundle.errors import TrundleError
+from trundle.kinematics import Inverse, Kinematics, Mobility, mobility
+from trundle.odometry import dead_reckon
+from trundle.robot import (
+    BallWheel,
+    Body,
+    CasterWheel,
+    Encoder,
+    FixedWheel,
+    MecanumWheel,
+    OmniWheel,
+    Robot,
+    SteeredWheel,
+    load,
+    robot_from_dict,
+)
+from trundle.simulation import Run, simulate
+
+__all__ = [
+    "BallWheel",
+    "Body",
+    "CasterWheel",
+    "Encoder",
+    "FixedWheel",
+    "Inverse",
+    "Kinematics",
+    "MecanumWheel",
+    "Mobility",
+    "OmniWheel",
+    "Robot",
+    "Run",
+    "SteeredWheel",
+    "TrundleError",
+    "dead_reckon",
+    "load",
+    "mobility",
+    "robot_from_dict",
+    "simulate",
+]

@@ -1,0 +1,46 @@
+"""What can go wrong for a reason that the user can mend; every message says what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+class TrundleError(ValueError):
+    """Base of every error that trundle raises on bad input."""
+
+
+class RobotError(TrundleError):
+    """A robot description is wrong; ``faults`` has one sentence for each thing to mend."""
+
+    def __init__(self, faults: Iterable[str], where: str = "") -> None:
+        self.faults = tuple(faults)
+        head = f"{where}: " if where else ""
+        if len(self.faults) == 1:
+            super().__init__(head + self.faults[0])
+        else:
+            lines = "".join(f"\n  - {fault}" for fault in self.faults)
+            super().__init__(f"{head}{len(self.faults)} faults{lines}")
+
+
+class ShapeError(TrundleError):
+    """An array has the wrong shape or holds values that are not finite numbers."""
+
+
+class InfeasibleTwistError(TrundleError):
+    """The robot cannot have the twist that was asked for (raised with ``strict=True``)."""
+
+
+class OffCentreError(TrundleError):
+    """The steering angles share no instantaneous centre, so the robot cannot roll."""
+
+
+class UnobservedMotionError(TrundleError):
+    """The sensed wheels do not observe every motion that the robot can make."""
+
+
+class FileError(TrundleError):
+    """A file cannot be read, written or understood."""
+
+
+class UnobservedMotionWarning(UserWarning):
+    """A twist was estimated although the wheels do not observe every motion."""

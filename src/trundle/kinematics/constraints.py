@@ -1,0 +1,93 @@
+"""The wheels' rows stacked into matrices, over batches of steering angles."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from trundle.errors import ShapeError
+from trundle.robot import Robot, RollingWheel, Rows, Wheel
+from trundle.se2 import Array
+
+
+def finite(values: npt.ArrayLike, name: str, last: int | None = None) -> Array:
+    """Return values as an array of floats whose last axis has the right length.
+
+    Raises:
+        ShapeError: it is not such an array, or holds values that are not finite.
+    """
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ShapeError(f"{name} must be an array of numbers, got {values!r}") from None
+    if last is not None and (array.ndim == 0 or array.shape[-1] != last):
+        raise ShapeError(
+            f"{name} must have {last} values on the last axis, got shape {array.shape}"
+        )
+    if not np.isfinite(array).all():
+        raise ShapeError(f"{name} must be finite numbers, got nan or inf")
+    return array
+
+
+def steering_array(robot: Robot, steering: npt.ArrayLike | None) -> Array:
+    """Return steering angles (..., s); robots that do not steer may leave them out.
+
+    Raises:
+        ShapeError: they are missing or have the wrong shape.
+    """
+    names = [wheel.name for wheel in robot.steered]
+    if steering is None:
+        if names:
+            raise ShapeError(
+                f"robot {robot.name!r} steers: give the steering angles of {', '.join(names)} [rad]"
+            )
+        return np.zeros(0)
+    return finite(
+        steering, f"steering of {', '.join(names) or 'a robot without steering'}", len(names)
+    )
+
+
+def wheel_rows(robot: Robot, steering: Array) -> dict[str, Rows]:
+    """Return each wheel's rows by the wheel's name, at steering angles (..., s)."""
+    angle = {wheel.name: steering[..., i] for i, wheel in enumerate(robot.steered)}
+    return {wheel.name: wheel.rows(angle.get(wheel.name, 0.0), np) for wheel in robot.wheels}
+
+
+def stack(rows: Iterable[Sequence[npt.ArrayLike]], batch: tuple[int, ...]) -> Array:
+    """Return k rows of three coefficients as one array (*batch, k, 3)."""
+    rows = list(rows)
+    out = np.empty((*batch, len(rows), 3))
+    for i, row in enumerate(rows):
+        for j, coefficient in enumerate(row):
+            out[..., i, j] = coefficient
+    return out
+
+
+def rolling_matrix(robot: Robot, wheels: Sequence[Wheel], steering: Array) -> Array:
+    """Return A (..., k, 3), so that A zeta = R omega for the given wheels."""
+    rows = wheel_rows(robot, steering)
+    return stack((rows[w.name].rolling or (0.0, 0.0, 0.0) for w in wheels), steering.shape[:-1])
+
+
+def gains(wheels: Sequence[RollingWheel]) -> Array:
+    """Return the diagonal of R (k,): signed rim speed along the row for one rad/s [m]."""
+    return np.array([wheel.rows(0.0, np).gain for wheel in wheels], dtype=np.float64)
+
+
+def side_slip_matrix(robot: Robot, wheels: Iterable[Wheel], steering: Array) -> Array:
+    """Return C (..., k, 3) of the given wheels, so that C zeta = 0."""
+    rows = wheel_rows(robot, steering)
+    chosen = (rows[wheel.name].side_slip for wheel in wheels)
+    return stack((row for row in chosen if row is not None), steering.shape[:-1])
+
+
+def skid_matrices(robot: Robot) -> tuple[Array, Array]:
+    """Return rolling and side-slip rows (k, 3) of the wheels that are allowed to skid."""
+    rows = [wheel.rows(0.0, np) for wheel in robot.wheels]
+    skids = [row for row in rows if row.skid is not None]
+    return (
+        stack((row.rolling or (0.0, 0.0, 0.0) for row in skids), ()),
+        stack((row.skid or (0.0, 0.0, 0.0) for row in skids), ()),
+    )

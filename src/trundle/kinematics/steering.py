@@ -1,0 +1,145 @@
+"""Steering inputs, and the angles and twists that go together.
+
+A robot's steering inputs q are one angle for each wheel that steers alone and one for each group;
+wheel i stands at ``ratio_i q``. A pair (q, zeta) is consistent when every side-slip row at those
+angles holds for zeta: all wheels share one instantaneous centre.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from trundle.kinematics.constraints import rolling_matrix, side_slip_matrix
+from trundle.kinematics.linear import RANK_TOLERANCE, basis, null_projector
+from trundle.robot import Robot
+from trundle.se2 import Array, point_twist
+
+_SEED = 1996  # any fixed seed: generic points are found the same way at every call
+_SAMPLES = 12  # consistent pairs looked at; a space of twists has at most 3 dimensions
+_NEWTON_STEPS = 40
+# Newton's method ends at rounding: rows have coefficients near 1 and twists have norm 1.
+_CONSISTENT = 1e-11
+
+
+def couplings(robot: Robot) -> Array:
+    """Return B (s, g), so that the steering angles are B q for the g independent inputs q."""
+    names = [wheel.steering_group or f"\0{wheel.name}" for wheel in robot.steered]
+    inputs = list(dict.fromkeys(names))
+    out = np.zeros((len(names), len(inputs)))
+    for i, (name, wheel) in enumerate(zip(names, robot.steered, strict=True)):
+        out[i, inputs.index(name)] = wheel.steering_ratio
+    return out
+
+
+def contact_velocities(robot: Robot, twist: Array) -> Array:
+    """Return each steered wheel's contact velocity (..., s, 2), in the wheel's zero frame.
+
+    The first component lies along the wheel's drive direction at steering angle 0.
+    """
+    out = np.empty((*twist.shape[:-1], len(robot.steered), 2))
+    for i, wheel in enumerate(robot.steered):
+        velocity = point_twist(twist, (wheel.x, wheel.y))
+        c, s = np.cos(wheel.heading), np.sin(wheel.heading)
+        out[..., i, 0] = c * velocity[..., 0] + s * velocity[..., 1]
+        out[..., i, 1] = -s * velocity[..., 0] + c * velocity[..., 1]
+    return out
+
+
+class Generic(NamedTuple):
+    """A consistent pair in general position, and what is true around it."""
+
+    steering: Array  # (s,) angles [rad]
+    twist: Array  # (3,) of norm 1
+    degree: int  # dimension of the twists at these angles
+    steerability: int  # independent steering inputs that keep the wheels consistent
+
+
+def generic_pairs(robot: Robot) -> list[Generic]:
+    """Return consistent pairs from random starts, those of the largest family first.
+
+    For wheels that steer alone: a random twist that the fixed wheels allow, and every steered
+    wheel along its contact velocity. Linked wheels are brought together by Newton's method on
+    ``C(q) zeta = 0`` with minimum-norm steps.
+
+    Source: Campion, Bastin and d'Andrea-Novel, 1996, section III, for the definitions.
+    """
+    fixed = [wheel for wheel in robot.wheels if not wheel.steers]
+    allowed, _ = null_projector(side_slip_matrix(robot, fixed, np.zeros(len(robot.steered))))
+    if not robot.steered:
+        return [Generic(np.zeros(0), allowed[:, 0], round(float(np.trace(allowed))), 0)]
+    coupling = couplings(robot)
+    random = np.random.default_rng(_SEED)
+    found = []
+    for _ in range(_SAMPLES):
+        twist = allowed @ (random.normal(size=3) * [1.0, 1.0, 1.0 / robot.reach])
+        velocity = contact_velocities(robot, twist)
+        angles = np.arctan2(velocity[:, 1], velocity[:, 0])
+        inputs = np.asarray(np.linalg.pinv(coupling) @ angles, dtype=np.float64)
+        pair = settle(robot, coupling, inputs, twist)
+        if pair is not None:
+            found.append(_classify(robot, coupling, *pair))
+    return sorted(found, key=lambda each: -each.steerability)
+
+
+def _derivative(robot: Robot, coupling: Array, inputs: Array, twist: Array) -> tuple[Array, Array]:
+    """Return C(q) (m, 3) and the derivative (m, g) of C(q) zeta by q."""
+    steering = coupling @ inputs
+    fixed = [wheel for wheel in robot.wheels if not wheel.steers]
+    held = side_slip_matrix(robot, fixed, steering)
+    turning = side_slip_matrix(robot, robot.steered, steering)
+    # A steered wheel's side-slip row turns into minus its rolling row.
+    by_angle = -np.diag(rolling_matrix(robot, robot.steered, steering) @ twist)
+    by_input = np.vstack([np.zeros((len(held), len(inputs))), by_angle @ coupling])
+    return np.vstack([held, turning]), by_input
+
+
+def settle(
+    robot: Robot, coupling: Array, inputs: Array, twist: Array
+) -> tuple[Array, Array] | None:
+    """Return a consistent pair near the given one, by Newton's method, or None."""
+    for _ in range(_NEWTON_STEPS):
+        size = float(np.linalg.norm(twist))
+        if size < RANK_TOLERANCE:
+            return None
+        twist = twist / size
+        rows, by_input = _derivative(robot, coupling, inputs, twist)
+        miss = rows @ twist
+        if np.abs(miss).max(initial=0.0) < _CONSISTENT:
+            return inputs, twist
+        step, *_ = np.linalg.lstsq(np.hstack([by_input, rows]), -miss, rcond=RANK_TOLERANCE)
+        inputs, twist = inputs + step[: len(inputs)], twist + step[len(inputs) :]
+    return None
+
+
+def _classify(robot: Robot, coupling: Array, inputs: Array, twist: Array) -> Generic:
+    rows, by_input = _derivative(robot, coupling, inputs, twist)
+    held = _rank(rows)
+    both = _rank(np.hstack([by_input, rows]))
+    degree = 3 - held
+    return Generic(coupling @ inputs, twist, degree, len(inputs) + 3 - both - degree)
+
+
+def _rank(rows: Array) -> int:
+    # Newton's method leaves 1e-11; a true rank shows far above.
+    return int(np.linalg.matrix_rank(rows, tol=1e-7)) if rows.size else 0
+
+
+def motion_space(robot: Robot) -> tuple[Array, bool]:
+    """Return a basis (3, k) of all twists that some steering allows, and whether all are allowed.
+
+    The second value is False where linked wheels allow only a curved cone inside that space.
+    """
+    pairs = generic_pairs(robot)
+    if not pairs:
+        return np.zeros((3, 0)), True
+    best = pairs[0]
+    twists = []
+    for pair in pairs:
+        if (pair.degree, pair.steerability) == (best.degree, best.steerability):
+            free, _ = null_projector(side_slip_matrix(robot, robot.wheels, pair.steering), 1e-7)
+            twists.append(basis(free).T)
+    _, size, vectors = np.linalg.svd(np.concatenate(twists), full_matrices=True)
+    kept = int((size > 1e-7).sum())
+    return vectors[:kept].T, kept == best.degree + best.steerability

@@ -1,0 +1,51 @@
+"""Robots: wheels, catalogue and files."""
+
+from trundle.robot.catalog import CATALOG, from_catalog
+from trundle.robot.files import load, robot_from_dict, save, to_toml
+from trundle.robot.robot import Body, Robot
+from trundle.robot.wheels import (
+    WHEEL_KINDS,
+    BallWheel,
+    CasterWheel,
+    Encoder,
+    FixedWheel,
+    MecanumWheel,
+    OmniWheel,
+    RollingWheel,
+    Rows,
+    SteeredWheel,
+    SwedishWheel,
+    Wheel,
+)
+
+
+def json_schema() -> dict[str, object]:
+    """Return the JSON schema with which editors complete and check robot files."""
+    from trundle.robot import schema
+
+    return schema.json_schema()
+
+
+__all__ = [
+    "CATALOG",
+    "WHEEL_KINDS",
+    "BallWheel",
+    "Body",
+    "CasterWheel",
+    "Encoder",
+    "FixedWheel",
+    "MecanumWheel",
+    "OmniWheel",
+    "RollingWheel",
+    "Robot",
+    "Rows",
+    "SteeredWheel",
+    "SwedishWheel",
+    "Wheel",
+    "from_catalog",
+    "json_schema",
+    "load",
+    "robot_from_dict",
+    "save",
+    "to_toml",
+]

@@ -1,0 +1,114 @@
+"""A robot: a name, its wheels in order, and the outline of its body."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+from trundle.errors import RobotError
+from trundle.robot.quantity import check, quantity
+from trundle.robot.wheels import RollingWheel, SteeredWheel, Wheel
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """The rectangle that pictures draw, centred at (x, y) of the body frame."""
+
+    length: float = quantity("m", positive=True, help="extent along the body's x axis")
+    width: float = quantity("m", positive=True, help="extent along the body's y axis")
+    x: float = quantity("m", default=0.0, help="centre of the outline in the body frame")
+    y: float = quantity("m", default=0.0, help="centre of the outline in the body frame")
+
+    def __post_init__(self) -> None:
+        if faults := check(self):
+            raise RobotError(faults, "body")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robot:
+    """A wheeled robot, described by its wheels; everything else follows from them.
+
+    Driven wheels in order give the n wheel speeds, steered wheels in order the s steering angles,
+    sensed wheels in order the columns of odometry.
+
+    Raises:
+        RobotError: there is no wheel, or two wheels have the same name.
+
+    >>> from trundle.robot import FixedWheel
+    >>> left = FixedWheel(name="left", x=0.0, y=0.2, radius=0.05)
+    >>> right = FixedWheel(name="right", x=0.0, y=-0.2, radius=0.05)
+    >>> [wheel.name for wheel in Robot(name="mine", wheels=(left, right)).driven]
+    ['left', 'right']
+    """
+
+    name: str
+    wheels: tuple[Wheel, ...]
+    body: Body | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "wheels", tuple(self.wheels))
+        faults = []
+        if not isinstance(self.name, str) or not self.name.strip():
+            faults.append(f"name must be a text that is not empty, got {self.name!r}")
+        strangers = [each for each in self.wheels if not isinstance(each, Wheel)]
+        faults += [f"wheels must hold wheels, got {each!r}" for each in strangers]
+        if not self.wheels:
+            faults.append("a robot needs at least one wheel")
+        if not strangers:
+            counts = Counter(wheel.name for wheel in self.wheels)
+            faults += [
+                f"wheel {name!r}: the name is used {count} times; names must differ"
+                for name, count in counts.items()
+                if count > 1
+            ]
+        if faults:
+            raise RobotError(faults, f"robot {self.name!r}")
+
+    @property
+    def driven(self) -> tuple[RollingWheel, ...]:
+        """The wheels with a motor, in order: n wheel speeds."""
+        return tuple(w for w in self.wheels if isinstance(w, RollingWheel) and w.driven)
+
+    @property
+    def steered(self) -> tuple[SteeredWheel, ...]:
+        """The wheels with a steering angle, driven or not, in order: s angles."""
+        return tuple(w for w in self.wheels if isinstance(w, SteeredWheel))
+
+    @property
+    def sensed(self) -> tuple[RollingWheel, ...]:
+        """The wheels whose turning is measured, in order: the columns of odometry."""
+        return tuple(w for w in self.wheels if isinstance(w, RollingWheel) and w.sensed)
+
+    @property
+    def reach(self) -> float:
+        """Largest distance of a wheel from the body's origin [m], or the largest wheel radius."""
+        far = max((w.x**2 + w.y**2) ** 0.5 for w in self.wheels)
+        return far or max(getattr(w, "radius", None) or 1.0 for w in self.wheels)
+
+    def with_wheels(self, **changes: Any) -> Robot:
+        """Return the same robot with fields changed on every wheel that has them.
+
+        Motor limits go to the driven wheels only.
+
+        Raises:
+            RobotError: no wheel has such a field, or a value is impossible.
+
+        >>> import trundle
+        >>> slow = trundle.load("mecanum").with_wheels(max_speed=10.0)
+        >>> [wheel.max_speed for wheel in slow.driven]
+        [10.0, 10.0, 10.0, 10.0]
+        """
+        known = {each.name for wheel in self.wheels for each in dataclasses.fields(wheel)}
+        if strangers := set(changes) - known:
+            raise RobotError([f"no wheel has {name!r}" for name in sorted(strangers)], self.name)
+        return dataclasses.replace(
+            self, wheels=tuple(_changed(wheel, changes) for wheel in self.wheels)
+        )
+
+
+def _changed(wheel: Wheel, changes: dict[str, Any]) -> Wheel:
+    motor = {"max_speed", "max_acceleration"}
+    names = {each.name for each in dataclasses.fields(wheel)} - (set() if wheel.driven else motor)
+    return dataclasses.replace(wheel, **{k: v for k, v in changes.items() if k in names})

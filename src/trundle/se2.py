@@ -1,0 +1,125 @@
+"""Planar poses and twists as plain arrays: the last axis is (x, y, psi) or (u, v, r)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+# Added to the half angle so that sin(h) / h is 1 at h = 0 without a branch; it is far below the
+# rounding of every other h, and sin(h) / h has no cancellation near zero.
+_NEVER_ZERO = 1e-300
+
+
+def make_step(
+    sin: Callable[[Any], Any], cos: Callable[[Any], Any]
+) -> Callable[..., tuple[Any, Any, Any]]:
+    """Return the exact SE(2) step in the arithmetic of the given ``sin`` and ``cos``.
+
+    The step moves a pose by the body increment (dx, dy, dpsi) = dt (u, v, r) of a twist that is
+    constant over the step, with h = dpsi / 2::
+
+        [x']   [x]   sin h  [cos(psi + h)  -sin(psi + h)] [dx]
+        [y'] = [y] + ----- [sin(psi + h)   cos(psi + h)] [dy],    psi' = psi + dpsi
+                       h
+
+    It is branch-free, so that floats, arrays, symbols and compiled code can all read it.
+
+    Source: the SE(2) exponential, Lynch and Park, Modern Robotics, 2017, section 13.4, eq. (13.35),
+    with the half-angle identities.
+
+    >>> step = make_step(math.sin, math.cos)
+    >>> x, y, psi = step(0.0, 0.0, 0.0, math.pi, 0.0, math.pi)  # half a circle of diameter 2
+    >>> round(x, 12), round(y, 12)
+    (0.0, 2.0)
+    """
+
+    def step(x: Any, y: Any, psi: Any, dx: Any, dy: Any, dpsi: Any) -> tuple[Any, Any, Any]:
+        half = 0.5 * dpsi
+        nonzero = half + _NEVER_ZERO
+        chord = sin(nonzero) / nonzero
+        middle = psi + half
+        c = chord * cos(middle)
+        s = chord * sin(middle)
+        return x + c * dx - s * dy, y + s * dx + c * dy, psi + dpsi
+
+    return step
+
+
+step = make_step(math.sin, math.cos)
+step_arrays = make_step(np.sin, np.cos)
+
+
+def rotation(psi: npt.ArrayLike) -> Array:
+    """Return J(psi), which turns a twist in the body frame into eta_dot in the inertial frame.
+
+    ``J(psi) = [[c, -s, 0], [s, c, 0], [0, 0, 1]]``; psi (...,) in rad gives (..., 3, 3).
+
+    >>> rotation(0.0).tolist()
+    [[1.0, -0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    psi = np.asarray(psi, dtype=np.float64)
+    c, s = np.cos(psi), np.sin(psi)
+    out = np.zeros((*psi.shape, 3, 3))
+    out[..., 0, 0], out[..., 0, 1] = c, -s
+    out[..., 1, 0], out[..., 1, 1] = s, c
+    out[..., 2, 2] = 1.0
+    return out
+
+
+def wrap(angle: npt.ArrayLike) -> Array:
+    """Return the angle in (-pi, pi] that points the same way.
+
+    >>> float(wrap(3 * math.pi)) == math.pi
+    True
+    """
+    angle = np.asarray(angle, dtype=np.float64)
+    return np.pi - np.mod(np.pi - angle, 2 * np.pi)
+
+
+def chain(increments: npt.ArrayLike, pose: npt.ArrayLike = (0.0, 0.0, 0.0)) -> Array:
+    """Return the poses that body increments lead through, exactly, by prefix sums.
+
+    Args:
+        increments: (T, 3) body increments (dx, dy, dpsi) [m, m, rad], each of a constant twist.
+        pose: (3,) start pose (x, y, psi) in the inertial frame [m, m, rad].
+
+    Returns:
+        (T + 1, 3) poses in the inertial frame; psi is not wrapped.
+
+    >>> chain([[1.0, 0.0, 0.0], [0.0, 0.0, math.pi / 2], [1.0, 0.0, 0.0]])[-1].round(12).tolist()
+    [1.0, 1.0, 1.570796326795]
+    """
+    increments = np.asarray(increments, dtype=np.float64)
+    dx, dy, dpsi = increments[:, 0], increments[:, 1], increments[:, 2]
+    out = np.empty((len(increments) + 1, 3))
+    out[0] = pose
+    np.cumsum(dpsi, out=out[1:, 2])
+    out[1:, 2] += out[0, 2]
+    moved_x, moved_y, _ = step_arrays(0.0, 0.0, out[:-1, 2], dx, dy, dpsi)
+    np.cumsum(moved_x, out=out[1:, 0])
+    np.cumsum(moved_y, out=out[1:, 1])
+    out[1:, :2] += out[0, :2]
+    return out
+
+
+def point_twist(twist: npt.ArrayLike, point: npt.ArrayLike) -> Array:
+    """Return the twist with (u, v) taken at a body point instead of at the body's origin.
+
+    Args:
+        twist: (..., 3) (u, v, r) of the body's origin, in the body frame [m/s, m/s, rad/s].
+        point: (2,) body point (x, y) [m].
+
+    >>> point_twist([0.0, 0.0, 2.0], (1.0, 0.0)).tolist()
+    [0.0, 2.0, 2.0]
+    """
+    twist = np.asarray(twist, dtype=np.float64)
+    x, y = np.asarray(point, dtype=np.float64)
+    u, v, r = twist[..., 0], twist[..., 1], twist[..., 2]
+    return np.stack([u - r * y, v + r * x, r], axis=-1)

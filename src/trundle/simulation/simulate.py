@@ -1,0 +1,148 @@
+"""Kinematic simulation of one robot with known commands."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from trundle.errors import TrundleError
+from trundle.kinematics import Kinematics
+from trundle.robot import Robot
+from trundle.se2 import Array
+from trundle.simulation.commands import Command, Samples, length, sample
+from trundle.simulation.integrators import METHODS
+from trundle.simulation.run import Run
+
+# A duration that misses a whole number of steps by less is that number: 0.1 is no binary number.
+_WHOLE = 1e-9
+
+
+def simulate(
+    robot: Robot,
+    *,
+    wheel_speeds: Command | None = None,
+    twist: Command | None = None,
+    steering: Command | None = None,
+    duration: float | None = None,
+    dt: float = 0.01,
+    pose: npt.ArrayLike = (0.0, 0.0, 0.0),
+    method: str = "exact",
+) -> Run:
+    """Return the run of a robot under known commands, from ``eta_dot = J(psi) W omega``.
+
+    A command is constant (k,), sampled (T, k) and held over each step, or a function of time
+    that returns (..., k). Sampled commands give the duration.
+
+    Args:
+        robot: the robot.
+        wheel_speeds: n wheel speeds [rad/s]; give these or ``twist``.
+        twist: u, v, r in the body frame [m/s, m/s, rad/s]; the nearest feasible one is driven,
+            within the limits of wheel speeds and steering.
+        steering: s steering angles [rad]; with ``twist`` they follow from it.
+        duration: length of the run [s]; the last step is shorter where dt does not divide it.
+        dt: step [s].
+        pose: (3,) start x, y, psi in the inertial frame [m, m, rad].
+        method: "exact" and "euler" take each command at the step's start, "rk4" at its middle
+            and end too. For constant and sampled commands "exact" has no error.
+
+    Returns:
+        The run.
+
+    Raises:
+        TrundleError: a command, duration, step or method is not usable; the message says why.
+
+    >>> from trundle import load
+    >>> run = simulate(load("differential"), twist=[1.0, 0.0, 1.0], duration=math.pi, dt=0.1)
+    >>> run.pose[-1].round(9).tolist()  # half a circle of radius 1 m
+    [0.0, 2.0, 3.141592654]
+    """
+    if (wheel_speeds is None) == (twist is None):
+        raise TrundleError("give either wheel_speeds or twist")
+    if twist is not None and steering is not None:
+        raise TrundleError("steering follows from the twist: leave it out")
+    if method not in METHODS:
+        raise TrundleError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+    start = np.asarray(pose, dtype=np.float64)
+    if start.shape != (3,) or not np.isfinite(start).all():
+        raise TrundleError(f"pose must be three finite numbers (x, y, psi), got {pose!r}")
+    rows = next((n for n in map(length, (wheel_speeds, twist, steering)) if n is not None), None)
+    t = _times(duration, dt, rows)
+    kinematics = Kinematics(robot)
+    if twist is not None:
+        speeds, angles = _from_twist(kinematics, sample(twist, t, 3, "twist"))
+    else:
+        assert wheel_speeds is not None
+        speeds = sample(wheel_speeds, t, len(robot.driven), "wheel_speeds")
+        held = np.zeros(0) if steering is None and not robot.steered else steering
+        if held is None:
+            names = ", ".join(wheel.name for wheel in robot.steered)
+            raise TrundleError(f"robot {robot.name!r} steers: give steering, the angles of {names}")
+        angles = sample(held, t, len(robot.steered), "steering")
+    return _run(kinematics, speeds, angles, t, start, method)
+
+
+def _times(duration: float | None, dt: float, rows: int | None) -> Array:
+    if not (isinstance(dt, int | float) and math.isfinite(dt) and dt > 0):
+        raise TrundleError(f"dt must be a positive number of seconds, got {dt!r}")
+    if duration is None:
+        if rows is None:
+            raise TrundleError("give a duration: these commands do not tell how long they last")
+        return np.arange(rows + 1, dtype=np.float64) * dt
+    if not (isinstance(duration, int | float) and math.isfinite(duration) and duration > 0):
+        raise TrundleError(f"duration must be a positive number of seconds, got {duration!r}")
+    steps = max(math.ceil(duration / dt - _WHOLE), 1)
+    t = np.arange(steps + 1, dtype=np.float64) * dt
+    t[-1] = duration
+    return t
+
+
+def _from_twist(kinematics: Kinematics, twist: Samples) -> tuple[Samples, Samples]:
+    """Return wheel speeds and steering angles for twists, steering without half-turn jumps."""
+    speeds, angles = [], []
+    for each in twist:
+        found = kinematics.inverse(each)
+        limited = any(w.steering_range != (-math.inf, math.inf) for w in kinematics.robot.steered)
+        if kinematics.robot.steered and not limited:
+            moving = np.abs(each).max(axis=-1) > 0
+            latest = np.maximum.accumulate(np.where(moving, np.arange(len(each)), 0))
+            present = np.unwrap(found.steering[latest], period=np.pi, axis=0)
+            found = kinematics.inverse(each, steering=present)
+        speeds.append(found.wheel_speeds)
+        angles.append(found.steering)
+    return Samples(*speeds), Samples(*angles)
+
+
+def _run(
+    kinematics: Kinematics, speeds: Samples, angles: Samples, t: Array, pose: Array, method: str
+) -> Run:
+    dt = np.diff(t)
+    robot = kinematics.robot
+    if method == "rk4":
+        twist = Samples(*(_twist(kinematics, w, b) for w, b in zip(speeds, angles, strict=True)))
+        turn = (speeds.start + 4 * speeds.middle + speeds.end) / 6
+    else:
+        first = _twist(kinematics, speeds.start, angles.start)
+        twist, turn = Samples(first, first, first), speeds.start
+    wheel_angles = np.zeros((len(t), len(robot.driven)))
+    np.cumsum(turn * dt[:, None], axis=0, out=wheel_angles[1:])
+    return Run(
+        t=t,
+        pose=METHODS[method](twist, dt, pose),
+        twist=twist.start,
+        wheel_speeds=speeds.start,
+        steering=angles.start,
+        wheel_angles=wheel_angles,
+        driven=tuple(wheel.name for wheel in robot.driven),
+        steered=tuple(wheel.name for wheel in robot.steered),
+    )
+
+
+def _twist(kinematics: Kinematics, speeds: Array, angles: Array) -> Array:
+    if not kinematics.robot.steered:
+        return np.asarray(speeds @ kinematics.W.T)
+    # Held angles need one matrix for all steps.
+    same = len(angles) > 0 and bool((angles == angles[0]).all())
+    matrix = kinematics.wheel_matrix(angles[0] if same else angles)
+    return np.asarray((matrix @ speeds[..., None])[..., 0])
