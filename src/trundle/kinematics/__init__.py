@@ -1,8 +1,27 @@
-"""Kinematics: constraint matrices, mobility, forward and inverse maps."""
+"""Kinematics: constraint matrices, mobility, forward and inverse maps, the geometry doctor."""
 
+from trundle.kinematics.centre import consistent_angles
+from trundle.kinematics.compare import Comparison, compare_matrix, read_matrix
+from trundle.kinematics.doctor import diagnose
+from trundle.kinematics.explain import Explanation, explain
+from trundle.kinematics.finding import Finding
 from trundle.kinematics.inverse import Inverse
 from trundle.kinematics.mobility import Mobility, mobility
 from trundle.kinematics.model import Kinematics
 from trundle.kinematics.plain import Plain
 
-__all__ = ["Inverse", "Kinematics", "Mobility", "Plain", "mobility"]
+__all__ = [
+    "Comparison",
+    "Explanation",
+    "Finding",
+    "Inverse",
+    "Kinematics",
+    "Mobility",
+    "Plain",
+    "compare_matrix",
+    "consistent_angles",
+    "diagnose",
+    "explain",
+    "mobility",
+    "read_matrix",
+]

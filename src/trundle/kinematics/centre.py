@@ -45,6 +45,12 @@ def nearest_angles(robot: Robot, steering: Array) -> Array | None:
     return np.asarray(steering + turn(found.x))
 
 
+def consistent_angles(robot: Robot) -> Array | None:
+    """Return steering angles (s,) at or nearest to zero that share a centre, or None."""
+    zero = np.zeros(len(robot.steered))
+    return zero if share_centre(robot, zero) else nearest_angles(robot, zero)
+
+
 def off_centre_words(robot: Robot, steering: Array) -> str:
     """Return what is wrong with steering angles that share no centre, and what would be right."""
     names = ", ".join(wheel.name for wheel in robot.steered)

@@ -94,7 +94,7 @@ class InverseSolver:
             speeds, near = scale * speeds, scale * near
         given = near @ to_point.T
         residual = asked - given
-        residual[np.abs(residual) <= STANDSTILL * np.abs(asked).max(initial=0.0)] = 0.0
+        residual[np.abs(residual) <= STANDSTILL * np.abs(asked).max(axis=-1, keepdims=True)] = 0.0
         if strict:
             self._check(asked, residual, limit)
         return Inverse(speeds, angles, given, residual)

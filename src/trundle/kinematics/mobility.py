@@ -17,7 +17,7 @@ from trundle.robot import FixedWheel, Robot
 from trundle.se2 import Array
 
 _TYPES = {
-    "(3,0)": "omnidirectional",
+    "(3,0)": "omnidirectional, as far as the constraints go",
     "(2,0)": "like a differential drive",
     "(2,1)": "one steered direction, the rest omni or caster",
     "(1,1)": "like a tricycle, a bicycle or a car",

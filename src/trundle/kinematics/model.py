@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -52,12 +53,15 @@ class Kinematics:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self._gains = gains(robot.driven)
-        self._solver = InverseSolver(robot)
         if not robot.steered:
             none = np.zeros(0)
             self._W = wheel_matrix(robot, none)[0]
             self._W.setflags(write=False)
             self._estimator, self._unobserved = estimator(robot, robot.driven, none)
+
+    @cached_property
+    def _solver(self) -> InverseSolver:
+        return InverseSolver(self.robot)
 
     @property
     def W(self) -> Array:
@@ -160,12 +164,18 @@ class Kinematics:
             )
         return to_increment
 
-    def sensed_rates(self, twist: npt.ArrayLike, steering: npt.ArrayLike | None = None) -> Array:
-        """Return how fast (..., k) [rad/s] the k sensed wheels turn at a twist (..., 3)."""
+    def rolling_speeds(
+        self, twist: npt.ArrayLike, steering: npt.ArrayLike | None = None, sensed: bool = False
+    ) -> Array:
+        """Return how fast the driven (or the sensed) wheels roll along at a twist [rad/s].
+
+        ``R^-1 A zeta``, whether or not the twist is feasible: (..., 3) gives (..., n).
+        """
         angles = steering_array(self.robot, steering)
-        rolling = rolling_matrix(self.robot, self.robot.sensed, angles)
+        wheels = self.robot.sensed if sensed else self.robot.driven
+        rolling = rolling_matrix(self.robot, wheels, angles)
         rim = (rolling @ finite(twist, "twist", 3)[..., None])[..., 0]
-        return np.asarray(rim / gains(self.robot.sensed))
+        return np.asarray(rim / gains(wheels))
 
     def _estimate(self, steering: npt.ArrayLike | None) -> tuple[Array, Array]:
         angles = steering_array(self.robot, steering)

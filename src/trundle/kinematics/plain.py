@@ -18,15 +18,18 @@ from typing import Any
 import numpy as np
 
 from trundle import se2
-from trundle.kinematics.constraints import gains, rolling_matrix, stack
+from trundle.kinematics.constraints import gains, rolling_matrix, side_slip_matrix
 from trundle.kinematics.inverse import InverseSolver
 from trundle.kinematics.maps import estimator
 from trundle.robot import Robot
 from trundle.se2 import Array
 
 _TWIST = ("u", "v", "r")
-# A coefficient this small beside its row is rounding: sixteen digits less a few operations.
+# Coefficients that differ by this much of their size are one number, and one this small beside its
+# row is zero: the maps come from pseudo-inverses, whose last digits are rounding.
 _ROUNDING = 1e-14
+# A size this near to a short decimal is that decimal: a few units in the last place.
+_LAST_DIGIT = 1e-15
 
 
 @dataclass(frozen=True)
@@ -86,25 +89,22 @@ def _step(robot: Robot) -> Callable[..., tuple[float, ...]]:
 
 def _steered_inverse(robot: Robot, solver: InverseSolver) -> Callable[..., tuple[float, ...]]:
     """Return the inverse for wheels that steer alone: each along its contact velocity."""
-    code = _Code()
-    twist = code.linear(solver.feasible, _TWIST)
-    code.lines += [f"{n} = {t}" for n, t in zip(_TWIST, twist, strict=True) if n != t]
-    speeds, angles = [], []
-    for i, steered_wheel in enumerate(robot.steered):
-        along = steered_wheel.rows(0.0)
-        velocity = stack([along.rolling or (), along.side_slip or ()], ())
-        names = code.linear(velocity, _TWIST)
-        code.lines += [f"{n}{i} = {v}" for n, v in zip("ab", names, strict=True)]
-        angles.append(f"atan2(b{i}, a{i})")
-    steered = [wheel.name for wheel in robot.steered]
-    for wheel in robot.driven:
-        row = wheel.rows(0.0)
-        if wheel.name in steered:
-            i = steered.index(wheel.name)
-            speeds.append(f"{float(1 / row.gain)!r} * hypot(a{i}, b{i})")
-        else:
-            speeds += code.linear(stack([row.rolling or ()], ()) / row.gain, _TWIST)
-    code.results = [*speeds, *angles]
+    code, straight = _Code(), np.zeros(len(robot.steered))
+    plain = [wheel for wheel in robot.driven if not wheel.steers]
+    rows = [
+        rolling_matrix(robot, robot.steered, straight),
+        side_slip_matrix(robot, robot.steered, straight),
+        rolling_matrix(robot, plain, straight) / gains(plain)[:, None],
+    ]
+    values = code.linear(np.concatenate(rows) @ solver.feasible, _TWIST)
+    count = len(robot.steered)
+    along = [code.name(value) for value in values[:count]]
+    across = [code.name(value) for value in values[count : 2 * count]]
+    speeds = dict(zip((wheel.name for wheel in plain), values[2 * count :], strict=True))
+    for wheel, a, b in zip(robot.steered, along, across, strict=True):
+        speeds[wheel.name] = f"{float(1 / wheel.rows(0.0).gain)!r} * hypot({a}, {b})"
+    angles = [f"atan2({b}, {a})" for a, b in zip(along, across, strict=True)]
+    code.results = [*(speeds[wheel.name] for wheel in robot.driven), *angles]
     return code.compile("inverse", _TWIST)
 
 
@@ -140,6 +140,19 @@ def _names(letter: str, count: int) -> tuple[str, ...]:
     return tuple(f"{letter}{i}" for i in range(count))
 
 
+def _without_rounding(matrix: Array) -> Array:
+    """Return a matrix in which sizes that differ by rounding are equal: 1.0, not 1 - 2e-16."""
+    largest = np.abs(matrix).max(axis=-1, keepdims=True, initial=0.0)
+    kept = np.where(np.abs(matrix) > _ROUNDING * largest, np.abs(matrix), 0.0)
+    sizes, at = np.unique(kept, return_inverse=True)
+    first = np.flatnonzero(np.diff(sizes, prepend=0.0) > _ROUNDING * sizes)
+    for group in np.split(sizes, first)[1:]:
+        middle = float(np.median(group))
+        decimal = float(f"{middle:.14g}")
+        group[:] = decimal if math.isclose(decimal, middle, rel_tol=_LAST_DIGIT) else middle
+    return np.asarray(np.copysign(sizes[at.reshape(matrix.shape)], matrix))
+
+
 def _body(function: Callable[..., Any]) -> list[str]:
     """Return the lines of a function whose body is straight-line code."""
     lines = textwrap.dedent(inspect.getsource(function)).splitlines()
@@ -160,6 +173,8 @@ class _Code:
 
     def name(self, expression: str) -> str:
         """Return the name of an expression's value, computing it at most once."""
+        if expression.isidentifier():
+            return expression
         if expression not in self._named:
             self._named[expression] = f"t{len(self._named)}"
             self.lines.append(f"{self._named[expression]} = {expression}")
@@ -171,22 +186,20 @@ class _Code:
         A factor that a whole row shares is taken out of it; other products are named, since
         another row often needs them with the same or the other sign.
         """
-        matrix = np.where(np.abs(matrix) < _ROUNDING * np.abs(matrix).max(initial=0), 0.0, matrix)
         rows, factors = [], []
-        for row in matrix:
-            sizes = {float(f"{size:.14g}") for size in np.abs(row[row != 0])}
+        for row in _without_rounding(matrix).tolist():
+            sizes = {abs(coefficient) for coefficient in row if coefficient}
             shared = sizes.pop() if len(sizes) == 1 else 1.0
             factors.append(shared)
-            rows.append(self._terms(row / shared, inputs))
+            rows.append(self._terms([coefficient / shared for coefficient in row], inputs))
         self._share_pairs(rows)
         return [self._sum(terms, factor) for terms, factor in zip(rows, factors, strict=True)]
 
-    def _terms(self, row: Array, inputs: Sequence[str]) -> dict[str, int]:
+    def _terms(self, row: Sequence[float], inputs: Sequence[str]) -> dict[str, int]:
         """Return a row as named terms with their signs."""
         terms = {}
-        for coefficient, name in zip(row.tolist(), inputs, strict=True):
-            size = float(f"{abs(coefficient):.15g}")
-            if size:
+        for coefficient, name in zip(row, inputs, strict=True):
+            if size := abs(coefficient):
                 term = name if size == 1 else self.name(f"{size!r} * {name}")
                 terms[term] = 1 if coefficient > 0 else -1
         return terms
@@ -202,15 +215,21 @@ class _Code:
             if not pairs or max(pairs.values()) < 2:
                 return
             a, b, sign = max(pairs, key=pairs.__getitem__)
+            sharing = [row for row in rows if row.get(a, 0) * row.get(b, 0) == sign]
+            # Of a - b and b - a, the one that more rows add: the others subtract it.
+            if sum(row[b] - row[a] for row in sharing) > 0:
+                a, b = b, a
             total = self.name(f"{a} {'+' if sign > 0 else '-'} {b}")
-            for row in rows:
-                if a in row and b in row and row[a] * row[b] == sign:
-                    row[total] = row.pop(a)
-                    del row[b]
+            for row in sharing:
+                row[total] = row.pop(a)
+                del row[b]
 
     def _sum(self, terms: dict[str, int], factor: float) -> str:
         if not terms:
             return "0.0"
+        if len(terms) == 1 and factor != 1:
+            [(term, sign)] = terms.items()
+            return f"{sign * factor!r} * {term}"
         # A positive term goes first, where there is one: it needs no negation.
         ordered = sorted(terms.items(), key=lambda each: -each[1])
         text = "".join(f" {'+' if sign > 0 else '-'} {term}" for term, sign in ordered)
@@ -221,7 +240,7 @@ class _Code:
 
     def compile(self, name: str, arguments: Sequence[str]) -> Callable[..., tuple[float, ...]]:
         """Return the function of these arguments that runs the lines and returns the results."""
-        inner = [*self.lines, f"return ({', '.join(self.results)},)"]
+        inner = [*self.lines, f"return ({''.join(f'{result}, ' for result in self.results)})"]
         if len(self.results) == 1 and self.results[0].count(","):
             inner[-1] = f"return {self.results[0]}"
         source = "\n".join(

@@ -32,7 +32,7 @@ def _body(length: float, width: float, x: float = 0.0) -> Body:
 
 def _corners(wheelbase: float, track: float, rear: float = 0.5) -> dict[str, tuple[float, float]]:
     """Return four contact points; ``rear`` is the rear axle's share of the wheelbase behind O."""
-    front_x, rear_x, y = (1 - rear) * wheelbase, -rear * wheelbase, track / 2
+    front_x, rear_x, y = (1 - rear) * wheelbase, 0.0 - rear * wheelbase, track / 2
     return {
         "front_left": (front_x, y),
         "front_right": (front_x, -y),
@@ -201,7 +201,7 @@ def omni4(radius: float = 0.05, arm: float = 0.2) -> Robot:
 
 
 def mecanum(radius: float = 0.05, wheelbase: float = 0.4, track: float = 0.3) -> Robot:
-    """Four mecanum wheels whose rollers form an X seen from above: the usual arrangement.
+    """Four mecanum wheels whose rollers form an X seen from above (usual).
 
     Source: Lynch and Park, 2017, section 13.2.1 and figure 13.5; the rollers on the ground form
     an O, so that the yaw arm is half the wheelbase plus half the track.
@@ -300,7 +300,9 @@ def omni_steer(radius: float = 0.05, wheelbase: float = 0.4, track: float = 0.3)
 def skid_steer(
     radius: float = 0.1, wheelbase: float = 0.4, track: float = 0.5, track_factor: float = 1.0
 ) -> Robot:
-    """Four fixed wheels that slip sideways to turn; ``track_factor`` is identified from data.
+    """Four fixed wheels that slip sideways to turn, with a factor on the track.
+
+    ``track_factor`` is the effective over the geometric track, identified from data.
 
     Source: Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007.
     """

@@ -21,7 +21,7 @@ def exact(twist: Samples, dt: Array, pose: Array) -> Array:
 
     Exact for constant and sampled commands; of first order in dt for functions of time.
     """
-    return chain(twist.start * dt[:, None], pose)
+    return chain(twist.start, pose, dt)
 
 
 def euler(twist: Samples, dt: Array, pose: Array) -> Array:

@@ -17,6 +17,9 @@ from trundle.simulation.run import Run
 
 # A duration that misses a whole number of steps by less is that number: 0.1 is no binary number.
 _WHOLE = 1e-9
+# Steps multiplied together. BLAS would share longer products out among threads, which wait for
+# each other wherever other work holds a core, longer than one thread takes for all of it.
+_BLOCK = 16384
 
 
 def simulate(
@@ -126,7 +129,8 @@ def _run(
         first = _twist(kinematics, speeds.start, angles.start)
         twist, turn = Samples(first, first, first), speeds.start
     wheel_angles = np.zeros((len(t), len(robot.driven)))
-    np.cumsum(turn * dt[:, None], axis=0, out=wheel_angles[1:])
+    turned = np.multiply(turn, dt[:, None], out=wheel_angles[1:])
+    np.cumsum(turned, axis=0, out=turned)
     return Run(
         t=t,
         pose=METHODS[method](twist, dt, pose),
@@ -141,7 +145,11 @@ def _run(
 
 def _twist(kinematics: Kinematics, speeds: Array, angles: Array) -> Array:
     if not kinematics.robot.steered:
-        return np.asarray(speeds @ kinematics.W.T)
+        twist = np.empty((len(speeds), 3))
+        for first in range(0, len(speeds), _BLOCK):
+            steps = slice(first, first + _BLOCK)
+            np.matmul(speeds[steps], kinematics.W.T, out=twist[steps])
+        return twist
     # Held angles need one matrix for all steps.
     same = len(angles) > 0 and bool((angles == angles[0]).all())
     matrix = kinematics.wheel_matrix(angles[0] if same else angles)

@@ -1,0 +1,5 @@
+"""``python -m trundle.cli``."""
+
+from trundle.cli import main
+
+main()

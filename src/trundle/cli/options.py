@@ -1,0 +1,64 @@
+"""The arguments and options that commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from trundle.cli.numbers import number
+from trundle.errors import FileError, TrundleError
+from trundle.robot import Robot, load
+from trundle.se2 import Array
+
+RobotName = Annotated[
+    str, typer.Argument(metavar="ROBOT", help="A catalogue name, or the path of a TOML file.")
+]
+Sizes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="SIZE=VALUE", help="Change a catalogue robot's size, as radius=0.1."
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON value for machines.")]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Folder for pictures and files; made if need be."),
+]
+SteeringDeg = Annotated[
+    list[float] | None,
+    typer.Option(
+        "--steering-deg",
+        metavar="DEG ...",
+        parser=number,
+        help="Steering angles [deg], in the order of the steered wheels.",
+    ),
+]
+Twist = ("VX", "VY", "WZ")
+
+
+def robot_of(name: str, sizes: list[str] | None = None) -> Robot:
+    """Return the robot of the command line."""
+    changes: dict[str, Any] = {}
+    for item in sizes or []:
+        key, equals, value = item.partition("=")
+        if not equals:
+            raise FileError(f"--set needs SIZE=VALUE, such as radius=0.1, got {item!r}")
+        changes[key.strip()] = number(value)
+    return load(name, **changes)
+
+
+def steering_of(robot: Robot, degrees: list[float] | None) -> Array | None:
+    """Return the steering angles of the command line [rad], or None."""
+    if degrees is None or len(degrees) == 0:
+        return None
+    names = [wheel.name for wheel in robot.steered]
+    if len(degrees) != len(names):
+        wanted = f"{len(names)} ({', '.join(names)})" if names else "none: it does not steer"
+        raise TrundleError(
+            f"robot {robot.name!r} takes {wanted} steering angle{'s' * (len(names) != 1)}, got "
+            f"{len(degrees)}"
+        )
+    return np.radians(degrees)

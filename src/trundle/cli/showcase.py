@@ -1,0 +1,154 @@
+"""``trundle demo``: the lectures' drives in motion, and a log replayed."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.text import Text
+
+from trundle.cli import options
+from trundle.cli.output import folder, heading, out, print_json, progress, table
+from trundle.kinematics import mobility
+from trundle.odometry import Score, read_log, score
+from trundle.robot import Encoder, Robot, RollingWheel, load
+from trundle.simulation import Run, replay, simulate, write_log
+
+# Where the lectures' simulations start.
+_START = (0.5, 0.5, math.pi / 4)
+_COUNTER_BITS = 12
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """A robot, its commands, and what they show."""
+
+    name: str
+    robot: str
+    shows: str
+    commands: dict[str, Any]
+    duration: float = 10.0
+
+
+def _waves(t: float) -> tuple[float, float, float]:
+    return 0.5, 0.0, 0.6 * math.cos(0.6 * t)
+
+
+def _crab_and_turn(t: float) -> tuple[float, float, float]:
+    return 0.4 * math.cos(0.5 * t), 0.4 * math.sin(0.5 * t), 0.35
+
+
+_SCENES = (
+    _Scene(
+        "omni3_spot", "omni3", "equal wheel speeds turn it on the spot",
+        {"wheel_speeds": (0.5, 0.5, 0.5)},
+    ),
+    _Scene(
+        "omni3_forward", "omni3", "(0, -c, c) drives it forward",
+        {"wheel_speeds": (0.0, -0.5, 0.5)},
+    ),
+    _Scene(
+        "omni3_sideways", "omni3", "(2, -1, -1) c drives it purely sideways",
+        {"wheel_speeds": (0.5, -0.25, -0.25)},
+    ),
+    _Scene("differential", "differential", "a winding path", {"twist": _waves}),
+    _Scene("ackermann", "ackermann", "a car: exact left and right angles",
+           {"twist": lambda t: (1.5, 0.0, 0.35 * math.sin(0.5 * t))}),
+    _Scene("mecanum", "mecanum", "any path, with any heading", {"twist": _crab_and_turn}),
+    _Scene("omni4", "omni4", "X-drive with reversed wheels", {"twist": (0.3, 0.0, 0.5)}),
+    _Scene("swerve", "swerve", "modules that steer and drive", {"twist": _crab_and_turn}),
+)  # fmt: skip
+
+
+def demo(
+    out_dir: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="Folder for the gallery.")
+    ] = Path("gallery"),
+    as_json: options.Json = False,
+) -> None:
+    """Simulate the lectures' drives, replay a log, and leave a gallery of pictures.
+
+    Example: `trundle demo --out gallery`
+    """
+    target = folder(out_dir)
+    assert target is not None
+    files: list[Path] = []
+    rows = []
+    with progress(as_json) as bar:
+        task = bar.add_task("drawing the gallery", total=len(_SCENES) + 1)
+        for scene in _SCENES:
+            robot = load(scene.robot)
+            run = simulate(robot, **scene.commands, duration=scene.duration, dt=0.05, pose=_START)
+            made = _draw(robot, run, scene.name, target)
+            files += made
+            end = run.pose[-1]
+            rows.append(
+                [
+                    scene.name,
+                    mobility(robot).kind,
+                    scene.shows,
+                    f"{end[0]:.3f}, {end[1]:.3f}, {math.degrees(end[2]):.1f} deg",
+                ]
+            )
+            bar.advance(task)
+        error, made = _replay(target)
+        files += made
+        bar.advance(task)
+    if as_json:
+        print_json({"files": files, "replay": vars(error)})
+        return
+    heading("Simulated, from the pose (0.5, 0.5, 45 deg)")
+    table(["", "class", "what it shows", "end x, y, heading"], rows, left=4)
+    heading("Replayed: the log of a differential robot, its ticks counted in 12 bits")
+    out.print(
+        Text(
+            f"  {error.distance:.2f} m driven; odometry ends {1000 * error.end_error:.2f} mm off "
+            f"({error.end_percent:.3f} %)"
+        )
+    )
+    heading(f"{len(files)} files in {target}")
+    for file in files:
+        out.print(Text(f"  {file.name}"))
+
+
+def _draw(robot: Robot, run: Run, name: str, target: Path) -> list[Path]:
+    """Leave the robot, its path and an animation."""
+    from trundle.view import animate, plot_layout, plot_path, save
+
+    made = [
+        save(plot_path(robot, run), target / f"{name}_path.png"),
+        animate(robot, run, target / f"{name}.gif"),
+    ]
+    layout = target / f"{robot.name}_layout.png"
+    if not layout.exists():
+        steering = run.steering[0] if robot.steered else None
+        made.append(save(plot_layout(robot, steering), layout))
+    return made
+
+
+def _replay(target: Path) -> tuple[Score, list[Path]]:
+    """Record a drive as a real robot would, replay the log, and compare."""
+    from trundle.view import plot_path, save
+
+    encoder = Encoder(ticks_per_motor_turn=64, gear=43.7)
+    plain = load("differential")
+    robot = dataclasses.replace(
+        plain,
+        wheels=tuple(
+            dataclasses.replace(wheel, encoder=encoder)
+            if isinstance(wheel, RollingWheel)
+            else wheel
+            for wheel in plain.wheels
+        ),
+    )
+    run = simulate(robot, twist=_waves, duration=30.0, dt=0.02, pose=_START)
+    log_file = write_log(robot, run, target / "log.csv", counter_bits=_COUNTER_BITS)
+    log = read_log(log_file, robot, counter_bits=_COUNTER_BITS)
+    assert log.truth is not None
+    replayed = replay(robot, log, log.truth[0])
+    figure = plot_path(robot, replayed, log.truth)
+    return score(replayed.pose, log.truth), [log_file, save(figure, target / "replay.png")]
