@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.text import Text
 
 from trundle.cli import options
-from trundle.cli.output import folder, heading, out, print_json, progress, table
+from trundle.cli.output import folder, heading, print_json, progress, sentence, table
 from trundle.kinematics import mobility
 from trundle.odometry import Score, read_log, score
 from trundle.robot import Encoder, Robot, RollingWheel, load
@@ -60,7 +59,9 @@ _SCENES = (
            {"twist": lambda t: (1.5, 0.0, 0.35 * math.sin(0.5 * t))}),
     _Scene("mecanum", "mecanum", "any path, with any heading", {"twist": _crab_and_turn}),
     _Scene("omni4", "omni4", "X-drive with reversed wheels", {"twist": (0.3, 0.0, 0.5)}),
-    _Scene("swerve", "swerve", "modules that steer and drive", {"twist": _crab_and_turn}),
+    _Scene("two_steered", "two_steered", "two wheels that steer and drive",
+           {"twist": _crab_and_turn}),
+    _Scene("swerve", "swerve", "four such modules", {"twist": _crab_and_turn}),
 )  # fmt: skip
 
 
@@ -77,14 +78,17 @@ def demo(
     target = folder(out_dir)
     assert target is not None
     files: list[Path] = []
+    drawn: set[str] = set()
     rows = []
     with progress(as_json) as bar:
         task = bar.add_task("drawing the gallery", total=len(_SCENES) + 1)
         for scene in _SCENES:
             robot = load(scene.robot)
             run = simulate(robot, **scene.commands, duration=scene.duration, dt=0.05, pose=_START)
-            made = _draw(robot, run, scene.name, target)
-            files += made
+            files += _draw(robot, run, scene.name, target)
+            if scene.robot not in drawn:
+                drawn.add(scene.robot)
+                files += _draw_robot(robot, run, target)
             end = run.pose[-1]
             rows.append(
                 [
@@ -104,30 +108,37 @@ def demo(
     heading("Simulated, from the pose (0.5, 0.5, 45 deg)")
     table(["", "class", "what it shows", "end x, y, heading"], rows, left=4)
     heading("Replayed: the log of a differential robot, its ticks counted in 12 bits")
-    out.print(
-        Text(
-            f"  {error.distance:.2f} m driven; odometry ends {1000 * error.end_error:.2f} mm off "
-            f"({error.end_percent:.3f} %)"
-        )
+    sentence(
+        f"{error.distance:.2f} m driven; odometry ends {1000 * error.end_error:.2f} mm off "
+        f"({error.end_percent:.1g} %)"
     )
     heading(f"{len(files)} files in {target}")
-    for file in files:
-        out.print(Text(f"  {file.name}"))
+    sentence("NAME.gif and NAME_path.png for each row above: the robot in motion")
+    sentence("ROBOT_layout.png: the robot from above, with rollers, force lines and centre")
+    sentence("ROBOT_eta.png: pose over time; ROBOT_reachable.png: the twists within the limits")
+    sentence("log.csv and replay.png: the log, and its path over the truth")
 
 
 def _draw(robot: Robot, run: Run, name: str, target: Path) -> list[Path]:
-    """Leave the robot, its path and an animation."""
-    from trundle.view import animate, plot_layout, plot_path, save
+    """Leave the path and an animation of a run."""
+    from trundle.view import animate, plot_path, save
 
-    made = [
+    return [
         save(plot_path(robot, run), target / f"{name}_path.png"),
         animate(robot, run, target / f"{name}.gif"),
     ]
-    layout = target / f"{robot.name}_layout.png"
-    if not layout.exists():
-        steering = run.steering[0] if robot.steered else None
-        made.append(save(plot_layout(robot, steering), layout))
-    return made
+
+
+def _draw_robot(robot: Robot, run: Run, target: Path) -> list[Path]:
+    """Leave the pictures of a robot, at the steering angles with which its run begins."""
+    from trundle.view import plot_eta, plot_layout, plot_reachable, save
+
+    steering = run.steering[0] if robot.steered else None
+    return [
+        save(plot_layout(robot, steering), target / f"{robot.name}_layout.png"),
+        save(plot_reachable(robot), target / f"{robot.name}_reachable.png"),
+        save(plot_eta(run), target / f"{robot.name}_eta.png"),
+    ]
 
 
 def _replay(target: Path) -> tuple[Score, list[Path]]:
