@@ -62,7 +62,8 @@ class Steering:
         """
         velocity = contact_velocities(self.robot, twist)
         moving = np.hypot(velocity[..., 0], velocity[..., 1]) > STANDSTILL * speed[..., None]
-        angle = np.arctan2(velocity[..., 1], velocity[..., 0])
+        # Adding 0.0 turns -0.0 into 0.0, so that straight back is +pi and standstill is 0.
+        angle = np.arctan2(velocity[..., 1] + 0.0, velocity[..., 0] + 0.0)
         if present is None:
             angle = np.where(moving, angle, 0.0)
         else:
@@ -86,9 +87,11 @@ class Steering:
 
     def _into_range(self, inputs: Array, moving: Mask) -> tuple[Array, Mask]:
         low, high = self.low - _AT_LIMIT, self.high + _AT_LIMIT
-        up = np.where(inputs < low, np.ceil((low - inputs) / np.pi), 0.0)
-        down = np.where(inputs > high, np.ceil((inputs - high) / np.pi), 0.0)
-        flipped = inputs + np.pi * (up - down)
+        # Half a turn of the wheels is less of the input where the wheels turn further than it.
+        half = np.pi / np.abs(self.coupling).max(axis=0)
+        up = np.where(inputs < low, np.ceil((low - inputs) / half), 0.0)
+        down = np.where(inputs > high, np.ceil((inputs - high) / half), 0.0)
+        flipped = inputs + half * (up - down)
         inside = (flipped >= low) & (flipped <= high)
         kept = np.clip(np.where(inside & moving, flipped, inputs), self.low, self.high)
         return kept, np.asarray((inside | ~moving).all(axis=-1))
@@ -126,10 +129,9 @@ class Steering:
     def _wedges(self) -> list[Array]:
         """Return for each limited wheel the two rows (2, 3) that are >= 0 inside its wedge."""
         wedges = []
-        ends = np.sort(np.stack([self.low, self.high])[:, None, :] * self.coupling[None], axis=0)
-        for i, wheel in enumerate(self.robot.steered):
-            j = int(np.flatnonzero(self.coupling[i])[0])
-            low, high = ends[0, i, j], ends[1, i, j]
+        for row, wheel in zip(self.coupling, self.robot.steered, strict=True):
+            j = int(np.flatnonzero(row)[0])
+            low, high = sorted((row[j] * self.low[j], row[j] * self.high[j]))
             if high - low < np.pi:
                 left, right = wheel.rows(low).side_slip, wheel.rows(high).side_slip
                 wedges.append(stack([left or (), [-c for c in right or ()]], ()))

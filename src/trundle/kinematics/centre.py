@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from trundle.kinematics.constraints import side_slip_matrix
+from trundle.kinematics.constraints import frame, side_slip_matrix
 from trundle.kinematics.linear import ANGLE_TOLERANCE, null_projector
 from trundle.kinematics.steering import contact_velocities, couplings, motion_space, settle
 from trundle.robot import Robot
@@ -14,7 +14,7 @@ from trundle.se2 import Array, Mask
 def share_centre(robot: Robot, steering: Array) -> Mask:
     """Return whether (...,) the robot can roll at steering angles (..., s)."""
     rows = side_slip_matrix(robot, robot.wheels, steering)
-    return np.asarray(null_projector(rows, ANGLE_TOLERANCE)[1] < 3)
+    return np.asarray(null_projector(rows, ANGLE_TOLERANCE, frame(robot))[1] < 3)
 
 
 def nearest_angles(robot: Robot, steering: Array) -> Array | None:
@@ -25,7 +25,8 @@ def nearest_angles(robot: Robot, steering: Array) -> Array | None:
     from scipy.optimize import least_squares
 
     rows = side_slip_matrix(robot, robot.wheels, steering)
-    least_slip = np.linalg.svd(rows)[2][-1]
+    here = frame(robot)
+    least_slip = here @ np.linalg.svd(rows @ here)[2][-1]
     space, flat = motion_space(robot)
     if not flat:
         coupling = couplings(robot)

@@ -91,3 +91,17 @@ def skid_matrices(robot: Robot) -> tuple[Array, Array]:
         stack((row.rolling or (0.0, 0.0, 0.0) for row in skids), ()),
         stack((row.skid or (0.0, 0.0, 0.0) for row in skids), ()),
     )
+
+
+def frame(robot: Robot) -> Array:
+    """Return the map (3, 3) to twists from coordinates in which a robot of any size looks alike.
+
+    They are u and v of the wheels' centroid and the speed that yaw gives at the outermost wheel:
+    ranks that are decided there depend neither on the origin nor on the unit of length.
+    """
+    wheels = [wheel for wheel in robot.wheels if wheel.rows(0.0) != Rows()] or robot.wheels
+    place = np.array([(wheel.x, wheel.y) for wheel in wheels])
+    x, y = place.mean(axis=0)
+    far = float(np.hypot(*(place - (x, y)).T).max())
+    length = far or max(getattr(wheel, "radius", None) or 1.0 for wheel in wheels)
+    return np.array([[1.0, 0.0, y / length], [0.0, 1.0, -x / length], [0.0, 0.0, 1 / length]])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from trundle.kinematics.constraints import side_slip_matrix
+from trundle.kinematics.constraints import frame, side_slip_matrix
 from trundle.kinematics.linear import ANGLE_TOLERANCE, null_projector
 from trundle.kinematics.steering import couplings
 from trundle.robot import Robot
@@ -74,6 +74,6 @@ def _search(
 def _best_twist(robot: Robot, asked: Array, to_point: Array, inputs: Array) -> Array:
     """Return the allowed twist at these inputs that is nearest to the one asked."""
     rows = side_slip_matrix(robot, robot.wheels, couplings(robot) @ inputs)
-    allowed, _ = null_projector(rows, ANGLE_TOLERANCE)
+    allowed, _ = null_projector(rows, ANGLE_TOLERANCE, frame(robot))
     weights, *_ = np.linalg.lstsq(to_point @ allowed, asked, rcond=1e-9)
     return np.asarray(allowed @ weights)

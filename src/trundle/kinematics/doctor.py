@@ -9,7 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from trundle.kinematics.centre import nearest_angles, off_centre_words, share_centre
-from trundle.kinematics.constraints import rolling_matrix, side_slip_matrix, steering_array
+from trundle.kinematics.constraints import (
+    frame,
+    rolling_matrix,
+    side_slip_matrix,
+    steering_array,
+)
 from trundle.kinematics.finding import Finding
 from trundle.kinematics.linear import RANK_TOLERANCE, basis
 from trundle.kinematics.maps import estimator, motion_projector, wheel_matrix
@@ -177,15 +182,15 @@ def ill_conditioned(robot: Robot, angles: Array) -> Iterator[Finding]:
     """Wheel speeds whose small errors become large errors of a motion."""
     allowed, _ = motion_projector(robot, angles)
     # Yaw as the speed of the outermost wheel, so that all motions are in m/s.
-    scale = np.diag([1.0, 1.0, robot.reach])
-    free, _ = np.linalg.qr(scale @ basis(allowed))
-    rolling = rolling_matrix(robot, robot.driven, angles) @ np.linalg.inv(scale) @ free
+    here = frame(robot)
+    free, _ = np.linalg.qr(np.linalg.solve(here, basis(allowed)))
+    rolling = rolling_matrix(robot, robot.driven, angles) @ here @ free
     if rolling.size == 0:
         return
     _, size, motions = np.linalg.svd(rolling)
     size = size[size > RANK_TOLERANCE]
     if len(size) and size[0] > _ILL_CONDITIONED * size[-1]:
-        weak = np.linalg.inv(scale) @ free @ motions[len(size) - 1]
+        weak = here @ free @ motions[len(size) - 1]
         yield Finding(
             "ill_conditioned",
             f"the condition number is {size[0] / size[-1]:.3g}: errors of the wheel speeds are "

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from trundle.kinematics.constraints import (
+    frame,
     gains,
     rolling_matrix,
     side_slip_matrix,
@@ -22,11 +23,11 @@ from trundle.robot import Robot, RollingWheel, Wheel
 from trundle.se2 import Array
 
 
-def motion_projector(robot: Robot, steering: Array, exact: bool = True) -> tuple[Array, Array]:
-    """Return the projector onto the twists that the side-slip rows allow, and the rows' rank.
+def holding_rows(robot: Robot, steering: Array, exact: bool = True) -> tuple[Array, float]:
+    """Return the rows (..., m, 3) that hold exactly, and the tolerance for their rank.
 
-    ``P = N N^T`` with N an orthonormal basis of null(C). Wheels that may skid add one condition:
-    where the rolling rows leave a motion open, their side slip has the least sum of squares.
+    The side-slip rows of the wheels; wheels that may skid add one condition: where the rolling
+    rows leave a motion open, their side slip has the least sum of squares.
 
     Args:
         robot: the robot.
@@ -38,18 +39,36 @@ def motion_projector(robot: Robot, steering: Array, exact: bool = True) -> tuple
         wheels = [wheel for wheel in wheels if not wheel.steers]
     rows = side_slip_matrix(robot, wheels, steering)
     tolerance = ANGLE_TOLERANCE if exact and robot.steered else RANK_TOLERANCE
-    projector, rank = null_projector(rows, tolerance)
     skid_rolling, skid_slip = skid_matrices(robot)
     if len(skid_slip) == 0:
-        return projector, rank
+        return rows, tolerance
+    open_motion, _ = null_projector(_stacked(rows, skid_rolling), tolerance, frame(robot))
+    return _stacked(rows, open_motion @ (skid_slip.T @ skid_slip)), tolerance
+
+
+def _stacked(rows: Array, more: Array) -> Array:
     batch = rows.shape[:-2]
-    held = np.concatenate(
-        [np.broadcast_to(skid_rolling, (*batch, *skid_rolling.shape)), np.eye(3) - projector],
-        axis=-2,
-    )
-    open_motion, _ = null_projector(held)
-    least_slip = open_motion @ (skid_slip.T @ skid_slip)
-    return null_projector(np.concatenate([rows, least_slip], axis=-2), tolerance)
+    return np.concatenate([rows, np.broadcast_to(more, (*batch, *more.shape[-2:]))], axis=-2)
+
+
+def motion_projector(robot: Robot, steering: Array) -> tuple[Array, Array]:
+    """Return the projector N N^T (..., 3, 3) onto the twists that hold, and the rows' rank."""
+    rows, tolerance = holding_rows(robot, steering)
+    return null_projector(rows, tolerance, frame(robot))
+
+
+def _solve(
+    robot: Robot, rows: Array, tolerance: float, moving: Array
+) -> tuple[Array, Array, Array]:
+    """Return N (A N)^+ (..., 3, k) for rows C that hold and moving rows A, and two projectors.
+
+    The projectors are onto the motions that A tells, and onto those that it leaves open.
+    """
+    here = frame(robot)
+    allowed, held = null_projector(rows, tolerance, here)
+    unseen, both = null_projector(np.concatenate([rows, moving], axis=-2), tolerance, here)
+    inverse, _ = pseudo_inverse(moving @ (allowed - unseen), both - held)
+    return inverse, allowed - unseen, unseen
 
 
 def wheel_matrix(robot: Robot, steering: Array) -> tuple[Array, Array]:
@@ -57,10 +76,10 @@ def wheel_matrix(robot: Robot, steering: Array) -> tuple[Array, Array]:
 
     The side-slip rows of all wheels hold exactly; A and R take the driven wheels.
     """
-    allowed, _ = motion_projector(robot, steering)
-    rolling = rolling_matrix(robot, robot.driven, steering) @ allowed
-    inverse, _ = pseudo_inverse(rolling)
-    return inverse * gains(robot.driven), inverse @ rolling
+    rows, tolerance = holding_rows(robot, steering)
+    rolling = rolling_matrix(robot, robot.driven, steering)
+    inverse, can_give, _ = _solve(robot, rows, tolerance, rolling)
+    return inverse * gains(robot.driven), can_give
 
 
 def estimator(robot: Robot, wheels: Sequence[RollingWheel], steering: Array) -> tuple[Array, Array]:
@@ -72,14 +91,9 @@ def estimator(robot: Robot, wheels: Sequence[RollingWheel], steering: Array) -> 
     Returns:
         The map, and the projector (..., 3, 3) onto the motions that are allowed but not observed.
     """
-    allowed, _ = motion_projector(robot, steering, exact=False)
-    rows = np.concatenate(
-        [
-            rolling_matrix(robot, wheels, steering),
-            side_slip_matrix(robot, robot.steered, steering),
-        ],
-        axis=-2,
+    rows, tolerance = holding_rows(robot, steering, exact=False)
+    measured = _stacked(
+        rolling_matrix(robot, wheels, steering), side_slip_matrix(robot, robot.steered, steering)
     )
-    inverse, _ = pseudo_inverse(rows @ allowed)
-    observed = inverse @ rows @ allowed
-    return inverse[..., : len(wheels)] * gains(wheels), allowed - observed
+    inverse, _, unseen = _solve(robot, rows, tolerance, measured)
+    return inverse[..., : len(wheels)] * gains(wheels), unseen

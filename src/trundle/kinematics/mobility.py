@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trundle.kinematics.constraints import side_slip_matrix
+from trundle.kinematics.constraints import frame, side_slip_matrix
 from trundle.kinematics.linear import basis, null_projector
 from trundle.kinematics.maps import motion_projector, wheel_matrix
 from trundle.kinematics.steering import generic_pairs, motion_space
@@ -37,7 +37,7 @@ class Mobility:
         kind: the class as text, such as "(2,0)".
         omnidirectional: degree 3 and rank 3: any twist at once.
         holonomic: the constraints can be integrated (strict test, by Lie brackets).
-        controllable: every pose can be reached.
+        controllable: every pose can be reached, and no motion is left that nothing drives.
         motions: the twists that the constraints allow, in words.
         reasons: all of it in sentences.
     """
@@ -80,8 +80,8 @@ def mobility(robot: Robot) -> Mobility:
     degree = generic[0].degree if generic else 0
     steerability = generic[0].steerability if generic else 0
     steering = generic[0].steering if generic else np.zeros(len(robot.steered))
-    W, _ = wheel_matrix(robot, steering)
-    rank = int(np.linalg.matrix_rank(W, tol=1e-9)) if W.size else 0
+    _, can_give = wheel_matrix(robot, steering)
+    rank = round(float(np.trace(can_give)))
     allowed, _ = motion_projector(robot, steering)
     free = basis(allowed)
     reachable = _reachable(robot, free)
@@ -94,7 +94,7 @@ def mobility(robot: Robot) -> Mobility:
         kind=f"({degree},{steerability})",
         omnidirectional=degree == 3 and rank == 3,
         holonomic=closed.shape[1] == free.shape[1],
-        controllable=closed.shape[1] == 3,
+        controllable=closed.shape[1] == 3 and rank == free.shape[1],
         motions=motions_in_words(free if not robot.steered else reachable),
         reasons=(),
     )
@@ -151,7 +151,7 @@ def _why_degree(robot: Robot, found: Mobility) -> list[str]:
     told = []
     if fixed:
         rows = side_slip_matrix(robot, fixed, np.zeros(len(steered)))
-        held = int(null_projector(rows)[1])
+        held = int(null_projector(rows, frame=frame(robot))[1])
         names = join([repr(w.name) for w in fixed])
         told.append(f"The side slip of {names} takes away {held} of the 3 motions of the plane.")
     if steered:
@@ -196,6 +196,8 @@ def _why_holonomic(robot: Robot, found: Mobility, dimension: int) -> list[str]:
         )
     if found.controllable:
         told.append("Every pose can be reached.")
+    elif found.rank < dimension:
+        told.append("Not every allowed motion is driven, so not every pose can be reached at will.")
     else:
         told.append("Not every pose can be reached.")
     return told

@@ -23,7 +23,7 @@ from trundle.kinematics.constraints import (
     steering_array,
 )
 from trundle.kinematics.inverse import Inverse, InverseSolver
-from trundle.kinematics.linear import basis
+from trundle.kinematics.linear import RANK_TOLERANCE, basis
 from trundle.kinematics.maps import estimator, wheel_matrix
 from trundle.kinematics.plain import Plain, bind
 from trundle.kinematics.words import join, motions_in_words
@@ -93,7 +93,7 @@ class Kinematics:
         """
         angles = steering_array(self.robot, steering)
         if not self.robot.steered:
-            return self._W
+            return np.broadcast_to(self._W, (*angles.shape[:-1], *self._W.shape))
         if not (together := share_centre(self.robot, angles)).all():
             first = np.argwhere(~together)[0]
             raise OffCentreError(off_centre_words(self.robot, angles[tuple(first)]))
@@ -121,8 +121,9 @@ class Kinematics:
         """
         speeds = finite(wheel_speeds, "wheel_speeds", len(self.robot.driven))
         to_twist, unobserved = self._estimate(steering)
-        if (np.trace(unobserved, axis1=-2, axis2=-1) > 0.5).any():
-            first = unobserved[np.unravel_index(0, unobserved.shape[:-2])]
+        blind = np.trace(unobserved, axis1=-2, axis2=-1) > 0.5
+        if blind.any():
+            first = unobserved[tuple(np.argwhere(blind)[0])]
             warnings.warn(
                 f"robot {self.robot.name!r}: the driven wheels do not observe "
                 f"{join(motions_in_words(basis(first))) or 'every motion'}; it is taken as zero",
@@ -218,32 +219,35 @@ class Kinematics:
         return self._solver.solve(twist, about, steering, strict, limit)
 
     def left_inverse(self, steering: npt.ArrayLike | None = None) -> Array:
-        """Return (W^T W)^-1 W^T (n, 3), the lectures' inverse for fewer than 3 wheels.
+        """Return (W^T W)^-1 W^T (..., n, 3), the lectures' inverse for fewer than 3 wheels.
 
         Raises:
             TrundleError: W^T W is singular: the columns of W are not independent.
         """
         W = self.wheel_matrix(steering)
-        if np.linalg.matrix_rank(W, tol=1e-9) < W.shape[1]:
+        rank, n = np.linalg.matrix_rank(W, tol=RANK_TOLERANCE).min(), W.shape[-1]
+        if rank < n:
             raise TrundleError(
-                f"the left inverse needs rank W = n, but W has rank "
-                f"{np.linalg.matrix_rank(W, tol=1e-9)} and n = {W.shape[1]} wheels"
+                f"the left inverse needs rank W = n, but W has rank {rank} and n = {n} wheels"
             )
-        return np.asarray(np.linalg.solve(W.T @ W, W.T))
+        transposed = np.swapaxes(W, -1, -2)
+        return np.asarray(np.linalg.solve(transposed @ W, transposed))
 
     def right_inverse(self, steering: npt.ArrayLike | None = None) -> Array:
-        """Return W^T (W W^T)^-1 (n, 3), the lectures' inverse for more than 3 wheels.
+        """Return W^T (W W^T)^-1 (..., n, 3), the lectures' inverse for more than 3 wheels.
 
         Raises:
             TrundleError: W W^T is singular: the wheels do not give every twist.
         """
         W = self.wheel_matrix(steering)
-        if np.linalg.matrix_rank(W, tol=1e-9) < 3:
+        rank = np.linalg.matrix_rank(W, tol=RANK_TOLERANCE).min()
+        if rank < 3:
             raise TrundleError(
-                f"the right inverse needs rank W = 3, but W has rank "
-                f"{np.linalg.matrix_rank(W, tol=1e-9)}: the wheels do not give every twist"
+                f"the right inverse needs rank W = 3, but W has rank {rank}: the wheels do not "
+                "give every twist"
             )
-        return np.asarray(np.linalg.solve(W @ W.T, W).T)
+        transposed = np.swapaxes(W, -1, -2)
+        return np.asarray(np.swapaxes(np.linalg.solve(W @ transposed, W), -1, -2))
 
     def bind(self) -> Plain:
         """Return the same maps as plain functions of floats, for control loops.

@@ -98,8 +98,9 @@ def _steered_inverse(robot: Robot, solver: InverseSolver) -> Callable[..., tuple
     ]
     values = code.linear(np.concatenate(rows) @ solver.feasible, _TWIST)
     count = len(robot.steered)
-    along = [code.name(value) for value in values[:count]]
-    across = [code.name(value) for value in values[count : 2 * count]]
+    # Adding 0.0 turns -0.0 into 0.0, so that straight back is +pi and standstill is 0.
+    along = [code.name(f"{value} + 0.0") for value in values[:count]]
+    across = [code.name(f"{value} + 0.0") for value in values[count : 2 * count]]
     speeds = dict(zip((wheel.name for wheel in plain), values[2 * count :], strict=True))
     for wheel, a, b in zip(robot.steered, along, across, strict=True):
         speeds[wheel.name] = f"{float(1 / wheel.rows(0.0).gain)!r} * hypot({a}, {b})"

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trundle.kinematics.constraints import rolling_matrix, side_slip_matrix
-from trundle.kinematics.linear import RANK_TOLERANCE, basis, null_projector
+from trundle.kinematics.constraints import frame, rolling_matrix, side_slip_matrix
+from trundle.kinematics.linear import RANK_TOLERANCE, null_projector
 from trundle.robot import Robot
 from trundle.se2 import Array, point_twist
 
@@ -21,6 +21,8 @@ _SAMPLES = 12  # consistent pairs looked at; a space of twists has at most 3 dim
 _NEWTON_STEPS = 40
 # Newton's method ends at rounding: rows have coefficients near 1 and twists have norm 1.
 _CONSISTENT = 1e-11
+# What Newton's method leaves lies far below this, a true rank far above.
+_FOUND = 1e-7
 
 
 def couplings(robot: Robot) -> Array:
@@ -66,14 +68,16 @@ def generic_pairs(robot: Robot) -> list[Generic]:
     Source: Campion, Bastin and d'Andrea-Novel, 1996, section III, for the definitions.
     """
     fixed = [wheel for wheel in robot.wheels if not wheel.steers]
-    allowed, _ = null_projector(side_slip_matrix(robot, fixed, np.zeros(len(robot.steered))))
+    here = frame(robot)
+    rows = side_slip_matrix(robot, fixed, np.zeros(len(robot.steered)))
+    allowed, _ = null_projector(rows, frame=here)
     if not robot.steered:
         return [Generic(np.zeros(0), allowed[:, 0], round(float(np.trace(allowed))), 0)]
     coupling = couplings(robot)
     random = np.random.default_rng(_SEED)
     found = []
     for _ in range(_SAMPLES):
-        twist = allowed @ (random.normal(size=3) * [1.0, 1.0, 1.0 / robot.reach])
+        twist = allowed @ (here @ random.normal(size=3))
         velocity = contact_velocities(robot, twist)
         angles = np.arctan2(velocity[:, 1], velocity[:, 0])
         inputs = np.asarray(np.linalg.pinv(coupling) @ angles, dtype=np.float64)
@@ -99,8 +103,9 @@ def settle(
     robot: Robot, coupling: Array, inputs: Array, twist: Array
 ) -> tuple[Array, Array] | None:
     """Return a consistent pair near the given one, by Newton's method, or None."""
+    here = frame(robot)
     for _ in range(_NEWTON_STEPS):
-        size = float(np.linalg.norm(twist))
+        size = float(np.linalg.norm(np.linalg.solve(here, twist)))
         if size < RANK_TOLERANCE:
             return None
         twist = twist / size
@@ -108,13 +113,14 @@ def settle(
         miss = rows @ twist
         if np.abs(miss).max(initial=0.0) < _CONSISTENT:
             return inputs, twist
-        step, *_ = np.linalg.lstsq(np.hstack([by_input, rows]), -miss, rcond=RANK_TOLERANCE)
-        inputs, twist = inputs + step[: len(inputs)], twist + step[len(inputs) :]
+        step, *_ = np.linalg.lstsq(np.hstack([by_input, rows @ here]), -miss, rcond=RANK_TOLERANCE)
+        inputs, twist = inputs + step[: len(inputs)], twist + here @ step[len(inputs) :]
     return None
 
 
 def _classify(robot: Robot, coupling: Array, inputs: Array, twist: Array) -> Generic:
     rows, by_input = _derivative(robot, coupling, inputs, twist)
+    rows = rows @ frame(robot)
     held = _rank(rows)
     both = _rank(np.hstack([by_input, rows]))
     degree = 3 - held
@@ -122,8 +128,7 @@ def _classify(robot: Robot, coupling: Array, inputs: Array, twist: Array) -> Gen
 
 
 def _rank(rows: Array) -> int:
-    # Newton's method leaves 1e-11; a true rank shows far above.
-    return int(np.linalg.matrix_rank(rows, tol=1e-7)) if rows.size else 0
+    return int(np.linalg.matrix_rank(rows, tol=_FOUND)) if rows.size else 0
 
 
 def motion_space(robot: Robot) -> tuple[Array, bool]:
@@ -136,10 +141,13 @@ def motion_space(robot: Robot) -> tuple[Array, bool]:
         return np.zeros((3, 0)), True
     best = pairs[0]
     twists = []
+    here = frame(robot)
     for pair in pairs:
         if (pair.degree, pair.steerability) == (best.degree, best.steerability):
-            free, _ = null_projector(side_slip_matrix(robot, robot.wheels, pair.steering), 1e-7)
-            twists.append(basis(free).T)
+            rows = side_slip_matrix(robot, robot.wheels, pair.steering)
+            # In the frame the projector's columns span the null space at one scale.
+            twists.append(null_projector(rows @ here, _FOUND)[0])
     _, size, vectors = np.linalg.svd(np.concatenate(twists), full_matrices=True)
-    kept = int((size > 1e-7).sum())
-    return vectors[:kept].T, kept == best.degree + best.steerability
+    kept = int((size > _FOUND).sum())
+    space, _ = np.linalg.qr(here @ vectors[:kept].T)
+    return space, kept == best.degree + best.steerability

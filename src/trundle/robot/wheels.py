@@ -170,8 +170,8 @@ class FixedWheel(RollingWheel):
         cos(theta) (u - r y) + sin(theta) (v + r x) = a omega
        -sin(theta) (u - r y) + cos(theta) (v + r x) = 0
 
-    With ``skid`` the second row is not enforced wheel by wheel (skid-steer robots); the first then
-    sees a body ``track_factor`` times as wide.
+    With ``skid`` the second row is not enforced wheel by wheel (skid-steer robots); the arm of r in
+    the first is then ``track_factor`` times as long.
 
     Source: Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, 2004, section 3.2.3,
     eqs. (3.12) and (3.13).
@@ -200,7 +200,8 @@ class FixedWheel(RollingWheel):
 
     def rows(self, steering: Any = 0.0, math: Any = math) -> Rows:
         """Return the wheel's constraint rows; the steering angle has no effect."""
-        rolling = contact_row(self.x, self.y * self.track_factor, self.heading, math)
+        c, s, arm = contact_row(self.x, self.y, self.heading, math)
+        rolling = c, s, arm * self.track_factor
         across = across_row(self.x, self.y, self.heading, math)
         gain = self.spin_sign * self.radius
         if self.skid:

@@ -153,7 +153,7 @@ class Stage:
         put_title(self.figure, robot.name, _notes(robot, speed))
         bounds = _bounds(run, self._shapes[0])
         self.closeup = _reach(self._shapes[0]) < _SMALL * float(np.ptp(bounds, axis=0).max())
-        self.axes = self.figure.add_axes((0.1, 0.12, 0.44 if self.closeup else 0.87, 0.705))
+        self.axes = self.figure.add_axes((0.115, 0.12, 0.425 if self.closeup else 0.855, 0.705))
         style_axes(self.axes, "x [m]", "y [m]")
         fit(self.axes, *bounds)
         skip = max(len(run.t) // _TRAIL_POINTS, 1)

@@ -18,7 +18,7 @@ _SPACING = 4.0  # between the points that stand for what is drawn [pixel]
 _PADDING = 3.0  # kept free around a text [pixel]
 _DIRECTIONS = 24
 _RINGS = (3.0, 6.0, 12.0, 20.0, 32.0, 48.0, 70.0, 95.0, 125.0)  # from the thing named [pixel]
-_LEADER = 26.0  # from here on a line ties the name to the thing [pixel]
+_LEADER = 9.0  # from here on a line ties the name to the thing [pixel]
 # What it costs to cover one point: of a wheel or text; of an arrow or mark; of a thin line.
 SOLID, MARK, LINE = 1000.0, 300.0, 6.0
 _OUTSIDE = 1e5
@@ -122,16 +122,14 @@ def _clearing(outline: Array, half: Array, angle: float, gap: float) -> Array:
 def _tie(
     axes: Axes, to_data: Any, centre: Array, middle: Array, half: Array, outline: Array
 ) -> None:
-    """Draw a line from a name to its thing where the two are apart."""
-    away = middle - centre
-    distance = float(np.hypot(*away))
-    direction = away / distance
-    own = float(np.min(half / np.maximum(np.abs(direction), 1e-9)))
-    start = 0.6 * float((outline @ direction).max(initial=0.0))
-    if distance - own - start / 0.6 < _LEADER:
-        return
-    ends = to_data.transform([centre + start * direction, middle - (own + 2.0) * direction])
-    axes.plot(*ends.T, color=MUTED, linewidth=0.7, zorder=19, gid="leader")
+    """Draw a line from a name to the nearest point of its thing, where the two are apart."""
+    rim = centre + _along(np.vstack([outline, outline[:1]]))
+    gap = np.maximum(np.abs(rim - middle) - half, 0.0)
+    nearest = rim[np.argmin(np.hypot(*gap.T) + 0.01 * np.hypot(*(rim - middle).T))]
+    start = np.clip(nearest, middle - half - 1.0, middle + half + 1.0)
+    if np.hypot(*(nearest - start)) >= _LEADER:
+        ends = to_data.transform([nearest, start])
+        axes.plot(*ends.T, color=MUTED, linewidth=0.7, zorder=19, gid="leader")
 
 
 def renderer_of(axes: Axes) -> Any:

@@ -61,7 +61,7 @@ def plot_path(robot: Robot, run: Run, truth: npt.ArrayLike | None = None) -> Fig
     shapes = [[_scaled(each, scale) for each in drawn] for drawn in shapes]
 
     figure = new_figure(10.0, 6.4)
-    axes = figure.add_axes((0.095, 0.105, 0.665, 0.735))
+    axes = figure.add_axes((0.105, 0.105, 0.655, 0.735))
     style_axes(axes, "x [m]", "y [m]")
     put_title(figure, f"{robot.name}: path from above", _notes(run, scale))
     fit(axes, *_bounds(shapes, motion, every))
@@ -112,7 +112,8 @@ def _bounds(shapes: list[list[Shape]], motion: Motion, every: Array) -> tuple[Ar
 
 def _notes(run: Run, scale: float) -> list[str]:
     length = float(np.hypot(*np.diff(run.pose[:, :2], axis=0).T).sum())
-    notes = [f"{length:.2f} m in {run.t[-1] - run.t[0]:.4g} s"]
+    turn, time = float(run.pose[-1, 2] - run.pose[0, 2]), float(run.t[-1] - run.t[0])
+    notes = [f"{length:.2f} m in {time:.4g} s, turned by {round(turn, 2) + 0.0:g} rad"]
     if scale > 1:
         notes.append(f"the robot is drawn {scale:g} times its size")
     return notes
