@@ -12,9 +12,9 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-# Added above and below so that h sin(h) / h^2 is 1 at h = 0 without a branch; it is far below the
-# rounding of every larger h, and the quotient has no cancellation near zero.
-_NEVER_ZERO = 1e-300
+# Added to the half angle h so that sin(h) / h is 1 at h = 0 without a branch; it is far below the
+# rounding of every h that a robot turns, and the quotient has no cancellation near zero.
+_NEVER_ZERO = 1.7e-306
 
 # Steps computed together: so few that their arrays stay in the processor's cache, so many that
 # numpy's cost per call does not count.
@@ -46,7 +46,8 @@ def make_step(
 
     def step(x: Any, y: Any, psi: Any, dx: Any, dy: Any, dpsi: Any) -> tuple[Any, Any, Any]:
         half = 0.5 * dpsi
-        chord = (half * sin(half) + _NEVER_ZERO) / (half * half + _NEVER_ZERO)
+        nonzero = half + _NEVER_ZERO
+        chord = sin(nonzero) / nonzero
         middle = psi + half
         c = chord * cos(middle)
         s = chord * sin(middle)

@@ -2,6 +2,7 @@
 
 from trundle.kinematics.centre import consistent_angles
 from trundle.kinematics.compare import Comparison, compare_matrix, read_matrix
+from trundle.kinematics.constraints import finite
 from trundle.kinematics.doctor import diagnose
 from trundle.kinematics.explain import Explanation, explain
 from trundle.kinematics.finding import Finding
@@ -22,6 +23,7 @@ __all__ = [
     "consistent_angles",
     "diagnose",
     "explain",
+    "finite",
     "mobility",
     "read_matrix",
 ]

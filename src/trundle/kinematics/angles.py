@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,6 +76,36 @@ class Steering:
             return inputs, np.ones(inputs.shape[:-1], dtype=bool)
         return self._into_range(inputs, self._leaders(moving.astype(np.float64), moving) != 0)
 
+    def follow(self, twist: Array) -> Array:
+        """Return the inputs (T, g) along feasible twists (T, 3) in order of time.
+
+        Each is the nearer of the velocity's angle and its half-turn flip to the one before, within
+        its range; wheels at standstill are held, and stand at 0 before the first motion.
+        """
+        velocity = contact_velocities(self.robot, twist)
+        speed = np.hypot(velocity[..., 0], velocity[..., 1])
+        moving = speed > STANDSTILL * (1.0 + self.robot.reach) * np.abs(twist).max(
+            axis=-1, keepdims=True, initial=0.0
+        )
+        asked = self._leaders(np.arctan2(velocity[..., 1] + 0.0, velocity[..., 0] + 0.0), moving)
+        moves = self._leaders(moving.astype(np.float64), moving) != 0
+        out = np.empty_like(asked)
+        for j, half in enumerate(self._half_turns):
+            low, high = float(self.low[j]), float(self.high[j])
+            now = min(max(0.0, low), high)
+            angles, moved = asked[:, j].tolist(), moves[:, j].tolist()
+            for k, angle in enumerate(angles):
+                if moved[k]:
+                    near = angle + half * round((now - angle) / half) if k else angle
+                    now = _inside(near, half, low, high)
+                out[k, j] = now
+        return out
+
+    @property
+    def _half_turns(self) -> Array:
+        """Half a turn of the wheels, as a change of each input (g,)."""
+        return np.asarray(np.pi / np.abs(self.coupling).max(axis=0, initial=0.0))
+
     def _leaders(self, values: Array, moving: Mask) -> Array:
         """Return for each input the value of its first moving wheel, over the wheel's ratio."""
         out = np.empty((*values.shape[:-1], self.coupling.shape[1]))
@@ -87,8 +118,7 @@ class Steering:
 
     def _into_range(self, inputs: Array, moving: Mask) -> tuple[Array, Mask]:
         low, high = self.low - _AT_LIMIT, self.high + _AT_LIMIT
-        # Half a turn of the wheels is less of the input where the wheels turn further than it.
-        half = np.pi / np.abs(self.coupling).max(axis=0)
+        half = self._half_turns
         up = np.where(inputs < low, np.ceil((low - inputs) / half), 0.0)
         down = np.where(inputs > high, np.ceil((inputs - high) / half), 0.0)
         flipped = inputs + half * (up - down)
@@ -136,3 +166,12 @@ class Steering:
                 left, right = wheel.rows(low).side_slip, wheel.rows(high).side_slip
                 wedges.append(stack([left or (), [-c for c in right or ()]], ()))
         return wedges
+
+
+def _inside(angle: float, half: float, low: float, high: float) -> float:
+    """Return the angle, or its nearest half-turn flip, inside a range."""
+    if angle < low - _AT_LIMIT:
+        angle += half * math.ceil((low - _AT_LIMIT - angle) / half)
+    elif angle > high + _AT_LIMIT:
+        angle -= half * math.ceil((angle - high - _AT_LIMIT) / half)
+    return min(max(angle, low), high)

@@ -13,13 +13,13 @@ from trundle.se2 import Array
 
 
 def finite(values: npt.ArrayLike, name: str, last: int | None = None) -> Array:
-    """Return values as an array of floats whose last axis has the right length.
+    """Return a copy of values as an array of floats whose last axis has the right length.
 
     Raises:
         ShapeError: it is not such an array, or holds values that are not finite.
     """
     try:
-        array = np.asarray(values, dtype=np.float64)
+        array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError):
         raise ShapeError(f"{name} must be an array of numbers, got {values!r}") from None
     if last is not None and (array.ndim == 0 or array.shape[-1] != last):
@@ -31,8 +31,15 @@ def finite(values: npt.ArrayLike, name: str, last: int | None = None) -> Array:
     return array
 
 
-def steering_array(robot: Robot, steering: npt.ArrayLike | None) -> Array:
+def steering_array(
+    robot: Robot, steering: npt.ArrayLike | None, batch: tuple[int, ...] = ()
+) -> Array:
     """Return steering angles (..., s); robots that do not steer may leave them out.
+
+    Args:
+        robot: the robot.
+        steering: the angles, or None.
+        batch: leading axes of what the angles go with.
 
     Raises:
         ShapeError: they are missing or have the wrong shape.
@@ -44,9 +51,16 @@ def steering_array(robot: Robot, steering: npt.ArrayLike | None) -> Array:
                 f"robot {robot.name!r} steers: give the steering angles of {', '.join(names)} [rad]"
             )
         return np.zeros(0)
-    return finite(
+    angles = finite(
         steering, f"steering of {', '.join(names) or 'a robot without steering'}", len(names)
     )
+    try:
+        np.broadcast_shapes(angles.shape[:-1], batch)
+    except ValueError:
+        raise ShapeError(
+            f"steering of shape {angles.shape} does not go with a batch of shape {batch}"
+        ) from None
+    return angles
 
 
 def wheel_rows(robot: Robot, steering: Array) -> dict[str, Rows]:

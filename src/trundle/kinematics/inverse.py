@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from trundle.errors import InfeasibleTwistError
+from trundle.errors import InfeasibleTwistError, ShapeError
 from trundle.kinematics.angles import STANDSTILL, Steering
 from trundle.kinematics.constraints import finite, gains, rolling_matrix, steering_array
 from trundle.kinematics.curved import nearest_on_curve
@@ -21,7 +21,7 @@ from trundle.se2 import Array
 _MET = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Inverse:
     """The answer of the inverse kinematics.
 
@@ -40,7 +40,10 @@ class Inverse:
 
 def shift(about: npt.ArrayLike) -> tuple[Array, Array]:
     """Return the maps (3, 3) from a twist at a body point to the origin's, and back."""
-    x, y = finite(about, "about", 2)
+    point = finite(about, "about", 2)
+    if point.ndim != 1:
+        raise ShapeError(f"about must be one point (x, y), got shape {point.shape}")
+    x, y = point
     to_origin = np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
     to_point = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
     return to_origin, to_point
@@ -78,7 +81,9 @@ class InverseSolver:
         """Return wheel speeds and steering angles for a twist; see ``Kinematics.inverse``."""
         asked = finite(twist, "twist", 3)
         to_origin, to_point = shift(about)
-        present = None if steering is None else steering_array(self.robot, steering)
+        present = (
+            None if steering is None else steering_array(self.robot, steering, asked.shape[:-1])
+        )
         if self._flat:
             near, inputs = self._flat_answer(asked, to_origin, to_point, present, limit)
         else:
@@ -99,6 +104,10 @@ class InverseSolver:
             self._check(asked, residual, limit)
         return Inverse(speeds, angles, given, residual)
 
+    def follow(self, twist: Array) -> Array:
+        """Return steering angles (T, s) along feasible twists (T, 3) of the origin."""
+        return self._steering.follow(twist) @ self._steering.coupling.T
+
     def _flat_answer(
         self, asked: Array, to_origin: Array, to_point: Array, present: Array | None, limit: bool
     ) -> tuple[Array, Array]:
@@ -106,6 +115,8 @@ class InverseSolver:
         space = to_point @ self._space
         inverse, _ = pseudo_inverse(space.T)
         near = np.asarray(asked @ (inverse @ (to_origin @ space).T))
+        largest = np.abs(asked).max(axis=-1, keepdims=True, initial=0.0)
+        near[(np.abs(near) <= STANDSTILL * largest).all(axis=-1)] = 0.0
         if not self.robot.steered:
             return near, np.zeros((*asked.shape[:-1], 0))
         speed = np.abs(asked).max(axis=-1) * (1.0 + self.robot.reach)

@@ -51,6 +51,8 @@ class Kinematics:
     """
 
     def __init__(self, robot: Robot) -> None:
+        if not isinstance(robot, Robot):
+            raise TrundleError(f"Kinematics needs a Robot, such as load('omni3'), got {robot!r}")
         self.robot = robot
         self._gains = gains(robot.driven)
         if not robot.steered:
@@ -120,7 +122,7 @@ class Kinematics:
         is measured with error. Warns where the wheels do not observe every motion.
         """
         speeds = finite(wheel_speeds, "wheel_speeds", len(self.robot.driven))
-        to_twist, unobserved = self._estimate(steering)
+        to_twist, unobserved = self._estimate(steering, speeds.shape[:-1])
         blind = np.trace(unobserved, axis1=-2, axis2=-1) > 0.5
         if blind.any():
             first = unobserved[tuple(np.argwhere(blind)[0])]
@@ -138,8 +140,8 @@ class Kinematics:
         ``R omega - A zeta`` with zeta from ``forward``: zero where all wheels agree; slip, or a
         broken encoder, where not.
         """
-        angles = steering_array(self.robot, steering)
         twist = self.forward(wheel_speeds, steering)
+        angles = steering_array(self.robot, steering)
         rolling = rolling_matrix(self.robot, self.robot.driven, angles)
         rim = self._gains * np.asarray(wheel_speeds, dtype=np.float64)
         return np.asarray(rim - (rolling @ twist[..., None])[..., 0])
@@ -172,14 +174,17 @@ class Kinematics:
 
         ``R^-1 A zeta``, whether or not the twist is feasible: (..., 3) gives (..., n).
         """
-        angles = steering_array(self.robot, steering)
+        twist = finite(twist, "twist", 3)
+        angles = steering_array(self.robot, steering, twist.shape[:-1])
         wheels = self.robot.sensed if sensed else self.robot.driven
         rolling = rolling_matrix(self.robot, wheels, angles)
-        rim = (rolling @ finite(twist, "twist", 3)[..., None])[..., 0]
+        rim = (rolling @ twist[..., None])[..., 0]
         return np.asarray(rim / gains(wheels))
 
-    def _estimate(self, steering: npt.ArrayLike | None) -> tuple[Array, Array]:
-        angles = steering_array(self.robot, steering)
+    def _estimate(
+        self, steering: npt.ArrayLike | None, batch: tuple[int, ...]
+    ) -> tuple[Array, Array]:
+        angles = steering_array(self.robot, steering, batch)
         if not self.robot.steered:
             return self._estimator, self._unobserved
         return estimator(self.robot, self.robot.driven, angles)
@@ -217,6 +222,19 @@ class Kinematics:
         [0.0, 0.2, 0.0]
         """
         return self._solver.solve(twist, about, steering, strict, limit)
+
+    def steady_steering(self, twist: npt.ArrayLike) -> Array:
+        """Return steering angles (T, s) [rad] along feasible twists (T, 3) in order of time.
+
+        Each wheel takes the nearer of its angle and the half-turn flip to where it stood before,
+        within its limits, and holds its angle at standstill.
+
+        >>> from trundle import load
+        >>> kin = Kinematics(load("tricycle"))
+        >>> kin.steady_steering([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]).tolist()
+        [[0.0], [0.0], [0.0]]
+        """
+        return self._solver.follow(finite(twist, "twist", 3))
 
     def left_inverse(self, steering: npt.ArrayLike | None = None) -> Array:
         """Return (W^T W)^-1 W^T (..., n, 3), the lectures' inverse for fewer than 3 wheels.

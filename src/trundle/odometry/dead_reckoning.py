@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 import numpy.typing as npt
 
 from trundle.errors import ShapeError
-from trundle.kinematics import Kinematics
+from trundle.kinematics import Kinematics, finite
 from trundle.robot import Robot
 from trundle.se2 import Array, chain
 
@@ -44,30 +43,21 @@ def dead_reckon(
     (11, 3)
     """
     names = ", ".join(wheel.name for wheel in robot.sensed) or "no wheel"
-    increments = _finite(wheel_increments, "wheel_increments")
+    increments = finite(wheel_increments, "wheel_increments")
     if increments.ndim != 2 or increments.shape[1] != len(robot.sensed):
         raise ShapeError(
             f"wheel_increments must have shape (T, {len(robot.sensed)}), one column for each "
             f"sensed wheel ({names}), got {increments.shape}"
         )
-    start = _finite(pose, "pose")
+    start = finite(pose, "pose")
     if start.shape != (3,):
         raise ShapeError(f"pose must be (x, y, psi), got shape {start.shape}")
-    angles = None if steering is None else _finite(steering, "steering")
-    if angles is not None and angles.ndim == 2 and len(angles) != len(increments):
+    angles = None if steering is None else finite(steering, "steering")
+    rows = (len(increments),)
+    if angles is not None and angles.shape[:-1] not in ((), rows):
         raise ShapeError(
-            f"steering must have one row for each of the {len(increments)} rows of "
-            f"wheel_increments, got {len(angles)}"
+            f"steering must have shape (s,), or one row for each of the {len(increments)} rows of "
+            f"wheel_increments, got shape {angles.shape}"
         )
     to_increment = Kinematics(robot).odometry_matrix(angles)
     return chain((to_increment @ increments[..., None])[..., 0], start)
-
-
-def _finite(values: npt.ArrayLike, name: str) -> Array:
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ShapeError(f"{name} must be an array of numbers, got {values!r}") from None
-    if not np.isfinite(array).all():
-        raise ShapeError(f"{name} must be finite numbers, got nan or inf")
-    return array

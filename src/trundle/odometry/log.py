@@ -34,7 +34,7 @@ _RATES = ("speed", "rpm")
 SKIP = "-"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Log:
     """A recorded motion: T + 1 rows, and the wheels' turning between them.
 
@@ -73,10 +73,10 @@ def read_log(
     """
     path = Path(path)
     header, table, first_line = _read_table(path, columns)
-    for name, given in (rename or {}).items():
-        if given not in header:
-            raise FileError(f"{path}: no column {given!r}; it has {', '.join(header)}")
-        header[header.index(given)] = name
+    names = {given: name for name, given in (rename or {}).items()}
+    if strangers := [given for given in names if given not in header]:
+        raise FileError(f"{path}: no column {strangers[0]!r}; it has {', '.join(header)}")
+    header = [names.get(name, name) for name in header]
     _check_header(path, header)
     rows = _Rows(path, header, table, first_line)
     time = rows.column("time") if "time" in header else None
@@ -109,10 +109,7 @@ class _Rows:
         index = self.header.index(name)
         out = np.empty(len(self.table))
         for k, row in enumerate(self.table):
-            try:
-                out[k] = float(row[index])
-            except ValueError:
-                out[k] = math.nan
+            out[k] = _number(row[index])
             if not math.isfinite(out[k]):
                 raise FileError(
                     f"{self.path}: line {self.first_line + k}, column {name!r}: "
@@ -138,12 +135,15 @@ def _read_table(
     lines = text.splitlines()
     start = lines[0] if lines else ""
     delimiter = max(",;\t", key=start.count)
-    table = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+    try:
+        table = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+    except csv.Error as error:
+        raise FileError(f"{path}: this is not a table: {error}") from None
     while table and not any(table[-1]):
         table.pop()
     if columns is not None:
         header, first_line = [name.strip() for name in columns], 1
-    elif table and not any(_is_number(cell) for cell in table[0]):
+    elif table and all(math.isnan(_number(cell)) for cell in table[0]):
         header, table, first_line = table[0], table[1:], 2
     else:
         raise FileError(f"{path}: the file has no header: name its columns, such as {_example()}")
@@ -158,12 +158,12 @@ def _read_table(
     return header, table, first_line
 
 
-def _is_number(cell: str) -> bool:
+def _number(cell: str) -> float:
+    """Return a cell's number, nan where it holds none; 1_0 is Python's, not a log's."""
     try:
-        float(cell)
+        return math.nan if "_" in cell else float(cell)
     except ValueError:
-        return False
-    return True
+        return math.nan
 
 
 def _example() -> str:

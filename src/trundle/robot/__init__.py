@@ -1,7 +1,8 @@
 """Robots: wheels, catalogue and files."""
 
 from trundle.robot.catalog import CATALOG, from_catalog
-from trundle.robot.files import load, robot_from_dict, save, to_toml
+from trundle.robot.files import load, save, to_toml
+from trundle.robot.reading import robot_from_dict
 from trundle.robot.robot import Body, Robot
 from trundle.robot.wheels import (
     WHEEL_KINDS,

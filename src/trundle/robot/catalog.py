@@ -10,7 +10,10 @@ import inspect
 from collections.abc import Callable, Sequence
 from math import cos, pi, radians, sin
 
+import numpy as np
+
 from trundle.errors import RobotError
+from trundle.robot.quantity import Quantity
 from trundle.robot.robot import Body, Robot
 from trundle.robot.wheels import (
     CasterWheel,
@@ -360,9 +363,27 @@ def from_catalog(name: str, **sizes: object) -> Robot:
             [f"no size {size!r}; it has {', '.join(known)}" for size in strangers],
             f"catalogue robot {name!r}",
         )
+    faults = []
     for size, value in sizes.items():
-        if size not in ("angles", "positions") and (
-            isinstance(value, bool) or not isinstance(value, int | float)
-        ):
-            raise RobotError([f"{size} must be a number, got {value!r}"], f"robot {name!r}")
+        if size in _LISTS:
+            faults += _list_faults(size, value)
+        elif fault := Quantity(unit="").fault(value):
+            faults.append(f"{size} {fault}")
+    if faults:
+        raise RobotError(faults, f"catalogue robot {name!r}")
     return make(**sizes)
+
+
+# Sizes that are lists, and the shape of their items.
+_LISTS = {"angles": (), "positions": (2,)}
+
+
+def _list_faults(size: str, value: object) -> list[str]:
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        array = np.full((), np.nan)
+    if array.ndim == 0 or array.shape[1:] != _LISTS[size] or not np.isfinite(array).all():
+        what = "pairs (x, y)" if _LISTS[size] else "numbers"
+        return [f"{size} must be a list of {what}, finite, got {value!r}"]
+    return []

@@ -5,23 +5,15 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import json
-import math
 import tomllib
-from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from trundle.errors import FileError, RobotError
 from trundle.robot.catalog import CATALOG, from_catalog
 from trundle.robot.quantity import exact_degrees, key
-from trundle.robot.robot import Body, Robot
-from trundle.robot.wheels import Encoder, Wheel
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
-
-_TOP_KEYS = ("name", "body", "wheel")
+from trundle.robot.reading import robot_from_dict
+from trundle.robot.robot import Robot
 
 
 def load(name_or_path: str | Path, **sizes: Any) -> Robot:
@@ -38,11 +30,13 @@ def load(name_or_path: str | Path, **sizes: Any) -> Robot:
     >>> load("omni3").name
     'omni3'
     """
+    if not isinstance(name_or_path, str | Path):
+        raise FileError(f"give a catalogue name or the path of a file, got {name_or_path!r}")
     text = str(name_or_path)
     if isinstance(name_or_path, str) and text in CATALOG:
         return from_catalog(text, **sizes)
     path = Path(name_or_path)
-    if not path.exists() and path.suffix != ".toml" and path.name == text:
+    if path.name == text and path.suffix != ".toml" and not _is_there(path):
         close = difflib.get_close_matches(text, CATALOG, n=1)
         hint = f"did you mean {close[0]!r}? " if close else ""
         raise FileError(
@@ -53,171 +47,31 @@ def load(name_or_path: str | Path, **sizes: Any) -> Robot:
     return _read(path)
 
 
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # a name that no file can have
+        return False
+
+
 def _read(path: Path) -> Robot:
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as error:
-        raise FileError(f"{path}: this is not valid TOML: {error}") from None
+        text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise FileError(f"{path}: the file must be UTF-8 text: {error}") from None
     except OSError as error:
         raise FileError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except ValueError as error:  # a name that no file can have
+        raise FileError(f"{str(path)!r}: cannot be read: {error}") from None
+    try:
+        data = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise FileError(f"{path}: this is not valid TOML: {error}") from None
     data.setdefault("name", path.stem)
     try:
         return robot_from_dict(data)
     except RobotError as error:
         raise RobotError(error.faults, str(path)) from None
-
-
-def robot_from_dict(data: Mapping[str, Any]) -> Robot:
-    """Return the robot that a parsed TOML table describes: angles in degrees under ``_deg`` keys.
-
-    Raises:
-        RobotError: all faults at once, each naming wheel and key.
-
-    >>> wheel = {"name": "left", "kind": "fixed", "x": 0, "y": 0.2, "radius": 0.05}
-    >>> robot_from_dict({"name": "mine", "wheel": [wheel]}).wheels[0].radius
-    0.05
-    """
-    faults = [_unknown(name, _TOP_KEYS) for name in data if name not in _TOP_KEYS]
-    name = data.get("name")
-    if not isinstance(name, str) or not name.strip():
-        faults.append("name is missing" if name is None else f"name must be a text, got {name!r}")
-    body = _body(data.get("body"), faults)
-    wheels = _wheels(data.get("wheel", []), faults)
-    where = f"robot {name!r}" if name else "robot"
-    if faults and not (wheels and name):
-        raise RobotError(faults, where)
-    try:
-        robot = Robot(name=str(name), wheels=tuple(wheels), body=body)
-    except RobotError as error:
-        raise RobotError([*faults, *error.faults], where) from None
-    if faults:
-        raise RobotError(faults, where)
-    return robot
-
-
-def _body(table: object, faults: list[str]) -> Body | None:
-    from trundle.robot.schema import body_model
-
-    if table is None:
-        return None
-    made = _build(Body, body_model(), table, "body", faults)
-    return made if isinstance(made, Body) else None
-
-
-def _wheels(tables: object, faults: list[str]) -> list[Wheel]:
-    if not isinstance(tables, list):
-        faults.append("wheel must be a list of tables: write [[wheel]] above each")
-        return []
-    wheels = [_wheel(table, number, faults) for number, table in enumerate(tables, start=1)]
-    return [wheel for wheel in wheels if wheel is not None]
-
-
-@cache
-def _model(kind: str) -> type[BaseModel]:
-    from trundle.robot.schema import wheel_model
-
-    return wheel_model(kind)
-
-
-def _wheel(table: object, number: int, faults: list[str]) -> Wheel | None:
-    from trundle.robot.schema import CLASSES, wheel_class
-
-    if not isinstance(table, Mapping):
-        faults.append(f"wheel {number} must be a table: write [[wheel]] above it")
-        return None
-    name = table.get("name")
-    where = f"wheel {name!r}" if isinstance(name, str) and name.strip() else f"wheel {number}"
-    kind = table.get("kind")
-    if not isinstance(kind, str) or kind not in CLASSES:
-        got = "it is missing" if kind is None else f"got {kind!r}"
-        faults.append(f"{where}: kind must be one of {', '.join(CLASSES)}; {got}")
-        return None
-    rest = {k: v for k, v in table.items() if k != "kind"}
-    made = _build(wheel_class(kind, table), _model(kind), rest, where, faults, kind)
-    return made if isinstance(made, Wheel) else None
-
-
-def _build(
-    cls: Any,
-    model: type[BaseModel],
-    table: object,
-    where: str,
-    faults: list[str],
-    kind: str | None = None,
-) -> Any:
-    """Return the value that a table describes, or None after telling its faults."""
-    from pydantic import ValidationError
-
-    if not isinstance(table, Mapping):
-        faults.append(f"{where} must be a table, got {table!r}")
-        return None
-    found: list[str] = []
-    bad: set[str] = set()
-    try:
-        model.model_validate(dict(table) | ({"kind": kind} if kind else {}))
-    except ValidationError as error:
-        for each in error.errors():
-            bad.add(str(each["loc"][0]))
-            found.append(_tell(each, cls, kind))
-    items = {key(item): item for item in dataclasses.fields(cls)}
-    made = None
-    values = {items[k].name: _value(items[k], v) for k, v in table.items() if k not in bad}
-    try:
-        # With keys left out or wrong, what can be checked of the others still is.
-        stand_ins = {
-            item.name: "?" if item.name == "name" else 1.0
-            for item in items.values()
-            if item.default is dataclasses.MISSING and item.name not in values
-        }
-        made = cls(**(stand_ins | values))
-    except RobotError as error:
-        found += [_in_file_words(fault, items) for fault in error.faults]
-    faults += [f"{where}: {fault}" for fault in found]
-    return None if found else made
-
-
-def _value(item: dataclasses.Field[Any], value: Any) -> Any:
-    if item.metadata.get("degrees"):
-        return math.radians(value)
-    return Encoder(**value) if item.name == "encoder" else value
-
-
-def _tell(error: Mapping[str, Any], cls: type, kind: str | None) -> str:
-    """Return one pydantic error in our words; the dataclass's own rule speaks where it can."""
-    path = [str(part) for part in error["loc"]]
-    name = ".".join(path)
-    owner = Encoder if len(path) > 1 else cls
-    items = {key(item): item for item in dataclasses.fields(owner)}
-    if error["type"] == "extra_forbidden":
-        return _unknown(name, tuple(items), kind)
-    if error["type"] == "missing":
-        return f"{name} is missing"
-    item = items[path[-1]]
-    rule = item.metadata.get("quantity")
-    if rule is not None and (fault := rule.fault(error["input"], item.metadata["degrees"])):
-        return f"{name} {fault}"
-    wanted = {"bool_type": "true or false", "string_type": "a text"}.get(error["type"], "a table")
-    return f"{name} must be {wanted}, got {error['input']!r}"
-
-
-def _unknown(name: str, known: tuple[str, ...], kind: str | None = None) -> str:
-    from trundle.robot.schema import CLASSES, fields_by_key
-
-    owners = [k for k, cls in CLASSES.items() if name in fields_by_key(cls)] if kind else []
-    if owners:
-        return f"key {name!r} does not belong to a {kind} wheel, only to {', '.join(owners)}"
-    close = difflib.get_close_matches(name.split(".")[-1], known, n=1)
-    hint = f": did you mean {close[0]!r}?" if close else f": it may have {', '.join(known)}"
-    return f"unknown key {name!r}{hint}"
-
-
-def _in_file_words(fault: str, items: Mapping[str, dataclasses.Field[Any]]) -> str:
-    for name, item in items.items():
-        if item.metadata.get("degrees") and fault.startswith(f"{item.name} "):
-            return name + fault.removeprefix(item.name)
-    return fault
 
 
 def to_toml(robot: Robot) -> str:
@@ -243,9 +97,11 @@ def save(robot: Robot, path: str | Path) -> Path:
     """
     path = Path(path)
     try:
-        path.write_text(to_toml(robot), encoding="utf-8")
+        path.write_bytes(to_toml(robot).encode())
     except OSError as error:
         raise FileError(f"{path}: cannot be written: {error.strerror or error}") from None
+    except UnicodeEncodeError as error:
+        raise FileError(f"{path}: a name cannot be written as UTF-8: {error}") from None
     return path
 
 

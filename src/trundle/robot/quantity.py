@@ -23,6 +23,10 @@ class Quantity:
         unit = f" {name}" if name else ""
         if isinstance(value, bool) or not isinstance(value, Real):
             return f"must be a number{f' [{name}]' if name else ''}, got {value!r}"
+        try:
+            value = float(value)
+        except OverflowError:
+            return "must be finite, got a number too large"
         if not math.isfinite(value):
             return f"must be finite, got {value}"
         if self.positive and value <= 0:
@@ -51,18 +55,27 @@ def flag(help: str, *, default: Any = False) -> Any:
     return field(default=default, metadata={"flag": True, "help": help})
 
 
+def text(help: str, *, default: Any = MISSING) -> Any:
+    """Return a dataclass field that holds a text; ``default=None`` makes it optional."""
+    return field(default=default, metadata={"text": True, "help": help})
+
+
 def key(item: dataclasses.Field[Any]) -> str:
     """Return the name that a field has in files: angles are given in degrees there."""
     return f"{item.name}_deg" if item.metadata.get("degrees") else item.name
 
 
 def exact_degrees(angle: float) -> float:
-    """Return an angle [rad] in degrees, on a grid of 1e-12 degree.
+    """Return an angle [rad] in degrees, on a grid of 1e-12 degree (coarser above 1000 degrees).
 
     >>> exact_degrees(math.pi / 3)
     60.0
     """
-    return round(math.degrees(angle), 12)
+    degrees = math.degrees(angle)
+    if not math.isfinite(degrees):
+        return degrees
+    # The grid stays coarser than what turning into radians and back rounds.
+    return round(degrees, 15 - max(3, len(str(int(abs(degrees))))))
 
 
 def check(item: Any) -> list[str]:
@@ -78,6 +91,8 @@ def check(item: Any) -> list[str]:
             continue
         if each.metadata.get("flag") and not isinstance(value, bool):
             faults.append(f"{each.name} must be true or false, got {value!r}")
+        if each.metadata.get("text") and not (isinstance(value, str) and value.strip()):
+            faults.append(f"{each.name} must be a text that is not empty, got {value!r}")
         if rule is None:
             continue
         if fault := rule.fault(value):
@@ -86,5 +101,8 @@ def check(item: Any) -> list[str]:
         value = float(value)
         if each.metadata.get("degrees"):
             value = math.radians(exact_degrees(value))
+            if fault := rule.fault(value):
+                faults.append(f"{each.name} {fault}")
+                continue
         object.__setattr__(item, each.name, value)
     return faults

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -48,6 +50,8 @@ class Robot:
     body: Body | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.wheels, Iterable):
+            raise RobotError([f"wheels must be a tuple of wheels, got {self.wheels!r}"])
         object.__setattr__(self, "wheels", tuple(self.wheels))
         faults = []
         if not isinstance(self.name, str) or not self.name.strip():
@@ -56,13 +60,10 @@ class Robot:
         faults += [f"wheels must hold wheels, got {each!r}" for each in strangers]
         if not self.wheels:
             faults.append("a robot needs at least one wheel")
+        if not isinstance(self.body, Body | None):
+            faults.append(f"body must be a Body, got {self.body!r}")
         if not strangers:
-            counts = Counter(wheel.name for wheel in self.wheels)
-            faults += [
-                f"wheel {name!r}: the name is used {count} times; names must differ"
-                for name, count in counts.items()
-                if count > 1
-            ]
+            faults += repeated_names([wheel.name for wheel in self.wheels])
         if faults:
             raise RobotError(faults, f"robot {self.name!r}")
 
@@ -84,7 +85,7 @@ class Robot:
     @property
     def reach(self) -> float:
         """Largest distance of a wheel from the body's origin [m], or the largest wheel radius."""
-        far = max((w.x**2 + w.y**2) ** 0.5 for w in self.wheels)
+        far = max(math.hypot(w.x, w.y) for w in self.wheels)
         return far or max(getattr(w, "radius", None) or 1.0 for w in self.wheels)
 
     def with_wheels(self, **changes: Any) -> Robot:
@@ -106,6 +107,15 @@ class Robot:
         return dataclasses.replace(
             self, wheels=tuple(_changed(wheel, changes) for wheel in self.wheels)
         )
+
+
+def repeated_names(names: Iterable[str]) -> list[str]:
+    """Return a fault for each name that more than one wheel has."""
+    return [
+        f"wheel {name!r}: the name is used {count} times; names must differ"
+        for name, count in Counter(names).items()
+        if count > 1
+    ]
 
 
 def _changed(wheel: Wheel, changes: dict[str, Any]) -> Wheel:

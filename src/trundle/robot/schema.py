@@ -38,7 +38,7 @@ def _annotation(item: dataclasses.Field[Any]) -> Any:
         return float
     if item.metadata.get("flag"):
         return bool
-    return _model(Encoder, "Encoder") if item.name == "encoder" else str
+    return str if item.metadata.get("text") else _model(Encoder, "Encoder")
 
 
 def _entry(item: dataclasses.Field[Any]) -> tuple[Any, Any]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple, final
 
 from trundle.errors import RobotError
-from trundle.robot.quantity import check, flag, quantity
+from trundle.robot.quantity import check, flag, quantity, text
 
 # A roller closer than this to +-90 deg leaves a force along the drive direction of less than a
 # millionth of the roller's: no wheel is made to such an angle, so it is a slip of the pen.
@@ -88,15 +88,15 @@ class Wheel(ABC):
     kind: ClassVar[str]
     may_drive: ClassVar[bool] = True
 
-    name: str
+    name: str = text("name of the wheel, in messages and pictures")
     x: float = quantity("m", help="contact point in the body frame; for casters the pivot")
     y: float = quantity("m", help="contact point in the body frame; for casters the pivot")
     driven: bool = flag("whether a motor drives the wheel", default=None)
 
     def __post_init__(self) -> None:
         faults = check(self)
-        if not isinstance(self.name, str) or not self.name.strip():
-            faults.append(f"name must be a text that is not empty, got {self.name!r}")
+        if not isinstance(getattr(self, "encoder", None), Encoder | None):
+            faults.append("encoder must be an Encoder")
         if self.driven is None:
             object.__setattr__(self, "driven", self.may_drive)
         elif self.driven and not self.may_drive:
@@ -226,9 +226,7 @@ class SteeredWheel(RollingWheel):
 
     kind = "steered"
 
-    steering_group: str | None = field(
-        default=None, metadata={"help": "wheels of one group are steered by one input"}
-    )
+    steering_group: str | None = text("wheels of one group are steered by one input", default=None)
     steering_ratio: float = quantity(
         "", default=1.0, nonzero=True, help="steering angle over the angle of the group"
     )
@@ -252,8 +250,6 @@ class SteeredWheel(RollingWheel):
             )
         if self.steering_group is None and self.steering_ratio != 1:
             faults.append("steering_ratio needs a steering_group")
-        if self.steering_group is not None and not str(self.steering_group).strip():
-            faults.append("steering_group must be a text that is not empty")
         return faults
 
     @property

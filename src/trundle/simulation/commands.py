@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trundle.errors import ShapeError
+from trundle.kinematics import finite
 from trundle.se2 import Array
 
 Command = npt.ArrayLike | Callable[[Any], npt.ArrayLike]
@@ -22,11 +23,11 @@ class Samples(NamedTuple):
     end: Array
 
 
-def length(command: Command | None) -> int | None:
+def length(command: Command | None, name: str) -> int | None:
     """Return the number of rows of a sampled command, None for the other forms."""
     if command is None or callable(command):
         return None
-    array = np.asarray(command)
+    array = finite(command, name)
     return len(array) if array.ndim == 2 else None
 
 
@@ -47,7 +48,7 @@ def sample(command: Command, t: Array, width: int, name: str) -> Samples:
         start = _call(command, t, width, name)
         middle = _call(command, (t[:-1] + t[1:]) / 2, width, name)
         return Samples(start[:-1], middle, start[1:])
-    held = _array(command, name)
+    held = finite(command, name)
     if held.shape not in ((width,), (len(t) - 1, width)):
         raise ShapeError(
             f"{name} must have shape ({width},) or ({len(t) - 1}, {width}), one row per step, "
@@ -57,24 +58,15 @@ def sample(command: Command, t: Array, width: int, name: str) -> Samples:
     return Samples(held, held, held)
 
 
-def _array(values: npt.ArrayLike, name: str) -> Array:
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ShapeError(f"{name} must be numbers, got {values!r}") from None
-    if not np.isfinite(array).all():
-        raise ShapeError(f"{name} must be finite numbers, got nan or inf")
-    return array
-
-
 def _call(function: Callable[[Any], npt.ArrayLike], t: Array, width: int, name: str) -> Array:
     """Return a function's values at all times: in one call where it takes arrays of times."""
-    together = _try(function, t)
+    # With as many times as values nobody can tell rows from columns.
+    together = _try(function, t) if len(t) != width else None
     if together is not None and together.shape == (len(t), width):
-        ends = [_array(function(float(t[i])), name) for i in (0, -1)]
+        ends = [finite(function(float(t[i])), name) for i in (0, -1)]
         if np.array_equal(together[0], ends[0]) and np.array_equal(together[-1], ends[1]):
-            return together if np.isfinite(together).all() else _array(together, name)
-    rows = [_array(function(float(time)), name) for time in t]
+            return together if np.isfinite(together).all() else finite(together, name)
+    rows = [finite(function(float(time)), name) for time in t]
     for time, row in zip(t, rows, strict=True):
         if row.shape != (width,):
             raise ShapeError(

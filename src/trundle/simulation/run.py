@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from trundle.errors import FileError
 from trundle.se2 import Array
 
+_BROKEN = (csv.Error, zipfile.BadZipFile, zlib.error)
 _POSE = ("x", "y", "psi")
 _TWIST = ("u", "v", "r")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
     """A simulated motion: poses at T + 1 times, and the commands over the T steps between them.
 
@@ -44,6 +48,15 @@ class Run:
     wheel_angles: Array
     driven: tuple[str, ...]
     steered: tuple[str, ...]
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether the other is a run with the same names and numbers."""
+        if not isinstance(other, Run):
+            return NotImplemented
+        names = (field.name for field in dataclasses.fields(self))
+        return all(np.array_equal(getattr(self, n), getattr(other, n)) for n in names)
+
+    __hash__ = None  # type: ignore[assignment]
 
     def save(self, path: str | Path) -> Path:
         """Write the run to a ``.csv`` or ``.npz`` file and return its path.
@@ -78,7 +91,7 @@ class Run:
             return reader(path)
         except OSError as error:
             raise FileError(f"{path}: cannot be read: {error.strerror or error}") from None
-        except (ValueError, KeyError, IndexError) as error:
+        except (ValueError, KeyError, IndexError, OverflowError, EOFError, *_BROKEN) as error:
             raise FileError(f"{path}: this is not a run that trundle wrote: {error}") from None
 
 
@@ -140,7 +153,10 @@ def _to_npz(run: Run, path: Path) -> None:
 
 
 def _from_npz(path: Path) -> Run:
-    with np.load(path, allow_pickle=False) as held:
-        values = {field.name: held[field.name] for field in dataclasses.fields(Run)}
+    with path.open("rb") as file:
+        held = np.load(file, allow_pickle=False)
+        if not isinstance(held, np.lib.npyio.NpzFile):
+            raise ValueError("it holds one array")
+        values: dict[str, Any] = {f.name: held[f.name] for f in dataclasses.fields(Run)}
     values |= {name: tuple(values[name].tolist()) for name in ("driven", "steered")}
     return Run(**values)

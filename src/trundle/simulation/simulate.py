@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 
 import numpy as np
 import numpy.typing as npt
 
 from trundle.errors import TrundleError
-from trundle.kinematics import Kinematics
+from trundle.kinematics import Inverse, Kinematics, finite
 from trundle.robot import Robot
 from trundle.se2 import Array
 from trundle.simulation.commands import Command, Samples, length, sample
@@ -17,6 +18,8 @@ from trundle.simulation.run import Run
 
 # A duration that misses a whole number of steps by less is that number: 0.1 is no binary number.
 _WHOLE = 1e-9
+# A run of this many steps fills 10 GB.
+_MOST_STEPS = 1e8
 # Steps multiplied together. BLAS would share longer products out among threads, which wait for
 # each other wherever other work holds a core, longer than one thread takes for all of it.
 _BLOCK = 16384
@@ -65,12 +68,13 @@ def simulate(
         raise TrundleError("give either wheel_speeds or twist")
     if twist is not None and steering is not None:
         raise TrundleError("steering follows from the twist: leave it out")
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         raise TrundleError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
-    start = np.asarray(pose, dtype=np.float64)
-    if start.shape != (3,) or not np.isfinite(start).all():
-        raise TrundleError(f"pose must be three finite numbers (x, y, psi), got {pose!r}")
-    rows = next((n for n in map(length, (wheel_speeds, twist, steering)) if n is not None), None)
+    start = finite(pose, "pose")
+    if start.shape != (3,):
+        raise TrundleError(f"pose must be three numbers (x, y, psi), got shape {start.shape}")
+    given = {"wheel_speeds": wheel_speeds, "twist": twist, "steering": steering}
+    rows = next((n for n in map(length, given.values(), given) if n is not None), None)
     t = _times(duration, dt, rows)
     kinematics = Kinematics(robot)
     if twist is not None:
@@ -87,14 +91,19 @@ def simulate(
 
 
 def _times(duration: float | None, dt: float, rows: int | None) -> Array:
-    if not (isinstance(dt, int | float) and math.isfinite(dt) and dt > 0):
+    if not (isinstance(dt, Real) and math.isfinite(dt) and dt > 0):
         raise TrundleError(f"dt must be a positive number of seconds, got {dt!r}")
     if duration is None:
         if rows is None:
             raise TrundleError("give a duration: these commands do not tell how long they last")
         return np.arange(rows + 1, dtype=np.float64) * dt
-    if not (isinstance(duration, int | float) and math.isfinite(duration) and duration > 0):
+    if not (isinstance(duration, Real) and math.isfinite(duration) and duration > 0):
         raise TrundleError(f"duration must be a positive number of seconds, got {duration!r}")
+    if duration / dt > _MOST_STEPS:
+        raise TrundleError(
+            f"{duration:g} s in steps of {dt:g} s are more than {_MOST_STEPS:g} steps: "
+            "take longer steps"
+        )
     steps = max(math.ceil(duration / dt - _WHOLE), 1)
     t = np.arange(steps + 1, dtype=np.float64) * dt
     t[-1] = duration
@@ -103,18 +112,24 @@ def _times(duration: float | None, dt: float, rows: int | None) -> Array:
 
 def _from_twist(kinematics: Kinematics, twist: Samples) -> tuple[Samples, Samples]:
     """Return wheel speeds and steering angles for twists, steering without half-turn jumps."""
-    speeds, angles = [], []
-    for each in twist:
-        found = kinematics.inverse(each)
-        limited = any(w.steering_range != (-math.inf, math.inf) for w in kinematics.robot.steered)
-        if kinematics.robot.steered and not limited:
-            moving = np.abs(each).max(axis=-1) > 0
-            latest = np.maximum.accumulate(np.where(moving, np.arange(len(each)), 0))
-            present = np.unwrap(found.steering[latest], period=np.pi, axis=0)
-            found = kinematics.inverse(each, steering=present)
-        speeds.append(found.wheel_speeds)
-        angles.append(found.steering)
-    return Samples(*speeds), Samples(*angles)
+    if twist.middle is twist.start:  # held over each step
+        found = _steadily(kinematics, twist.start)
+        return Samples(*[found.wheel_speeds] * 3), Samples(*[found.steering] * 3)
+    # In order of time: start, middle and end of a step, then the next.
+    inorder = np.stack(twist, axis=1).reshape(-1, 3)
+    found = _steadily(kinematics, inorder)
+    speeds, angles = (
+        Samples(*(values[i::3] for i in range(3)))
+        for values in (found.wheel_speeds, found.steering)
+    )
+    return speeds, angles
+
+
+def _steadily(kinematics: Kinematics, twist: Array) -> Inverse:
+    found = kinematics.inverse(twist)
+    if not kinematics.robot.steered:
+        return found
+    return kinematics.inverse(found.twist, steering=kinematics.steady_steering(found.twist))
 
 
 def _run(
