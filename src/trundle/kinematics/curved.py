@@ -10,7 +10,8 @@ from trundle.kinematics.steering import couplings
 from trundle.robot import Robot
 from trundle.se2 import Array
 
-_STARTS = 9  # start angles tried for each input, over half a turn or its range
+_STARTS = 9  # start angles tried for each half turn of an input's range
+_MOST = np.pi  # beyond half a turn to either side a wheel without limits stands as before
 
 
 def nearest_on_curve(
@@ -40,9 +41,10 @@ def nearest_on_curve(
 
 
 def _starts(start: Array, low: Array, high: Array) -> list[Array]:
-    left, right = np.maximum(low, -np.pi / 2), np.minimum(high, np.pi / 2)
+    left, right = np.maximum(low, -_MOST), np.minimum(high, _MOST)
+    count = int(np.ceil(_STARTS * (right - left).max() / np.pi))
     # Never exactly the middle, where linked wheels are often parallel and the way is not defined.
-    shares = (np.arange(_STARTS) + 0.4) / _STARTS
+    shares = (np.arange(count) + 0.4) / count
     return [np.clip(start, low, high), *(left + share * (right - left) for share in shares)]
 
 

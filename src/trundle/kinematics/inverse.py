@@ -56,6 +56,7 @@ class InverseSolver:
         self.robot = robot
         self._gains = gains(robot.driven)
         self._max_speeds = np.array([w.max_speed or np.inf for w in robot.driven])
+        self._rolling = rolling_matrix(robot, robot.driven, np.zeros(len(robot.steered)))
         self._steering = Steering.of(robot)
         if robot.steered:
             self._space, self._flat = motion_space(robot)
@@ -89,10 +90,12 @@ class InverseSolver:
         else:
             near, inputs = self._curved_answer(asked, to_origin, to_point, present, limit)
         angles = inputs @ self._steering.coupling.T
-        rolling = rolling_matrix(self.robot, self.robot.driven, angles)
+        rolling = self._rolling
         if self.robot.steered:
+            rolling = rolling_matrix(self.robot, self.robot.driven, angles)
             _, can_give = wheel_matrix(self.robot, angles)
             near = (can_give @ near[..., None])[..., 0]
+            near = _best_multiple(near, asked @ to_origin.T, to_point)
         speeds = (rolling @ near[..., None])[..., 0] / self._gains
         if limit:
             scale = self._scale(speeds)
@@ -167,3 +170,14 @@ class InverseSolver:
             f"{limits}; the nearest that it can have is "
             f"({given[0]:.6g}, {given[1]:.6g}, {given[2]:.6g}). Leave out strict=True to get it."
         )
+
+
+def _best_multiple(twist: Array, asked: Array, to_point: Array) -> Array:
+    """Return the multiple of a twist that is nearest, at the point, to the one asked.
+
+    What no wheel drives is missing in the twist; the rest may then fit better larger or smaller.
+    """
+    given, wanted = twist @ to_point.T, asked @ to_point.T
+    size = np.sum(given**2, axis=-1, keepdims=True)
+    share = np.sum(given * wanted, axis=-1, keepdims=True) / np.where(size > 0, size, 1.0)
+    return np.asarray(np.maximum(share, 0.0) * twist)

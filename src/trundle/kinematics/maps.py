@@ -42,7 +42,8 @@ def holding_rows(robot: Robot, steering: Array, exact: bool = True) -> tuple[Arr
     skid_rolling, skid_slip = skid_matrices(robot)
     if len(skid_slip) == 0:
         return rows, tolerance
-    open_motion, _ = null_projector(_stacked(rows, skid_rolling), tolerance, frame(robot))
+    rolling = _stacked(rolling_matrix(robot, robot.driven, steering), skid_rolling)
+    open_motion, _ = null_projector(_stacked(rows, rolling), tolerance, frame(robot))
     return _stacked(rows, open_motion @ (skid_slip.T @ skid_slip)), tolerance
 
 

@@ -64,6 +64,7 @@ class Robot:
             faults.append(f"body must be a Body, got {self.body!r}")
         if not strangers:
             faults += repeated_names([wheel.name for wheel in self.wheels])
+            faults += _jammed_groups(self.steered)
         if faults:
             raise RobotError(faults, f"robot {self.name!r}")
 
@@ -116,6 +117,23 @@ def repeated_names(names: Iterable[str]) -> list[str]:
         for name, count in Counter(names).items()
         if count > 1
     ]
+
+
+def _jammed_groups(wheels: Iterable[SteeredWheel]) -> list[str]:
+    """Return a fault for each steering group in which no angle keeps every wheel's limits."""
+    groups: dict[str, list[SteeredWheel]] = {}
+    for wheel in wheels:
+        if wheel.steering_group is not None:
+            groups.setdefault(wheel.steering_group, []).append(wheel)
+    faults = []
+    for name, members in groups.items():
+        ranges = [sorted(end / w.steering_ratio for end in w.steering_range) for w in members]
+        if max(low for low, _ in ranges) > min(high for _, high in ranges):
+            faults.append(
+                f"steering group {name!r}: no angle keeps the limits of all its wheels, "
+                f"{', '.join(wheel.name for wheel in members)}"
+            )
+    return faults
 
 
 def _changed(wheel: Wheel, changes: dict[str, Any]) -> Wheel:
