@@ -34,8 +34,8 @@ from trundle.kinematics import (
     mobility,
     read_matrix,
 )
-from trundle.robot import Robot, RollingWheel
-from trundle.se2 import Array
+from trundle.robot import Robot, RollingWheel, Wheel
+from trundle.se2 import Array, wrap
 
 Explain = Annotated[
     bool, typer.Option("--explain", help="Say every row of W and of the constraints in words.")
@@ -141,12 +141,17 @@ def _show_wheels(robot: Robot) -> None:
                 figure(wheel.x),
                 figure(wheel.y),
                 _if_there(getattr(wheel, "radius", None)),
-                _if_there(getattr(wheel, "heading", None), math.degrees(1)),
+                _if_there(_direction(wheel), math.degrees(1)),
                 _if_there(getattr(wheel, "roller", None), math.degrees(1)),
             ]
         )
     columns = ["wheel", "kind", "", "x [m]", "y [m]", "radius", "heading [deg]", "roller"]
     table(columns, rows, left=3)
+
+
+def _direction(wheel: Wheel) -> float | None:
+    heading = getattr(wheel, "heading", None)
+    return None if heading is None else float(wrap(heading))
 
 
 def _if_there(value: float | None, scale: float = 1.0) -> str:

@@ -49,6 +49,11 @@ def forward(
             f"many wheel speeds, got {len(wheel_speeds)}"
         )
     angles = options.steering_of(made, steering_deg)
+    if made.steered and angles is None:
+        steered = ", ".join(wheel.name for wheel in made.steered)
+        raise TrundleError(
+            f"robot {made.name!r} steers: add --steering-deg with the angles of {steered}"
+        )
     given = kinematics.forward(wheel_speeds, angles)
     residual = kinematics.residual(wheel_speeds, angles)
     if as_json:

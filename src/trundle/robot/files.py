@@ -38,9 +38,9 @@ def load(name_or_path: str | Path, **sizes: Any) -> Robot:
     path = Path(name_or_path)
     if path.name == text and path.suffix != ".toml" and not _is_there(path):
         close = difflib.get_close_matches(text, CATALOG, n=1)
-        hint = f"did you mean {close[0]!r}? " if close else ""
+        hint = f": did you mean {close[0]!r}?" if close else "."
         raise FileError(
-            f"no robot {text!r}: {hint}Give the path of a TOML file or one of {', '.join(CATALOG)}."
+            f"no robot {text!r}{hint} Give the path of a TOML file or one of {', '.join(CATALOG)}."
         )
     if sizes:
         raise FileError(f"{path}: sizes can be changed for catalogue robots; edit the file instead")

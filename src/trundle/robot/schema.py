@@ -76,7 +76,7 @@ def robot_model() -> type[BaseModel]:
     kinds: Any = Union.__getitem__(tuple(wheel_model(kind) for kind in CLASSES))
     wheel = Annotated[kinds, Field(discriminator="kind")]
     entries: dict[str, Any] = {
-        "name": (str, Field(default=..., description="name of the robot")),
+        "name": (str, Field(default=None, description="name of the robot (default: the file's)")),
         "body": (
             body_model(),
             Field(default=None, description="outline of the body, for pictures"),

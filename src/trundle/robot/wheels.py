@@ -283,7 +283,7 @@ class SwedishWheel(RollingWheel, ABC):
 
         cos(theta + phi) (u - r y) + sin(theta + phi) (v + r x) = a omega cos(phi)
 
-    Source: Siegwart and Nourbakhsh, 2004, section 3.2.3, eqs. (3.17) and (3.18).
+    Source: Siegwart and Nourbakhsh, 2004, section 3.2.3, eqs. (3.19) and (3.20).
     """
 
     roller: float
@@ -347,7 +347,7 @@ class CasterWheel(Wheel):
     It never restricts the twist; with e the direction of the wheel at swivel angle g, n across it
     and v_p the pivot's velocity, it follows by e . v_p = a omega and n . v_p = b (r + g_dot).
 
-    Source: Siegwart and Nourbakhsh, 2004, section 3.2.3, eqs. (3.19) to (3.21).
+    Source: Siegwart and Nourbakhsh, 2004, section 3.2.3, eqs. (3.17) and (3.18).
 
     >>> CasterWheel(name="rear", x=-0.2, y=0.0, radius=0.03, trail=0.02).rows()
     Rows(rolling=None, gain=0.0, side_slip=None, skid=None)

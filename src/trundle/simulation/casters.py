@@ -24,7 +24,7 @@ def caster_angles(robot: Robot, run: Run) -> Array:
         robot: the robot of the run.
         run: the run.
 
-    Source: Siegwart and Nourbakhsh, 2004, section 3.2.3, eq. (3.20).
+    Source: Siegwart and Nourbakhsh, 2004, section 3.2.3, eq. (3.18).
 
     >>> from trundle import load, simulate
     >>> robot = load("differential")
