@@ -370,8 +370,9 @@ def sizes(values: Floats) -> float:
 @each_robot
 def test_the_bound_inverse_equals_the_array_inverse(robot: Robot) -> None:
     kin, bound = kinematics(robot), kinematics(robot).bind()
-    several = np.random.default_rng(17).normal(size=(20 if robot is not CURVED else 3, 3))
-    for twist in [*several, *np.eye(3), *-np.eye(3), *feasible_twists(robot, (3,))]:
+    several = np.random.default_rng(17).normal(size=(20, 3))
+    twists = [*several, *np.eye(3), *-np.eye(3), *feasible_twists(robot, (3,))]
+    for twist in twists[:: 8 if robot is CURVED else 1]:
         found = kin.inverse(twist, limit=False)
         wanted = np.concatenate([found.wheel_speeds, found.steering])
         got = np.array(bound.inverse(*twist.tolist()))

@@ -55,7 +55,7 @@ OPERATIONS = 100
 # contact may miss what its wheel says by as much of the speed.
 COUNTED_AS_ONE = 1e-5
 
-bounded = settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+bounded = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 few = settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow])
 
 
@@ -218,7 +218,7 @@ def layouts(draw: st.DrawFn) -> Robot:
 
 
 @given(robot=layouts(), twist=st.tuples(*[st.floats(-2.0, 2.0)] * 3))
-@settings(max_examples=250, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=150, suppress_health_check=[HealthCheck.too_slow])
 def test_any_layout_gives_finite_answers_that_its_contacts_obey(
     robot: Robot, twist: tuple[float, float, float]
 ) -> None:
@@ -328,7 +328,7 @@ def valid_robots(draw: st.DrawFn, angles: st.SearchStrategy[float] = angles) -> 
 
 
 @given(robot=valid_robots())
-@settings(max_examples=200, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=120, suppress_health_check=[HealthCheck.too_slow])
 def test_a_robot_written_to_toml_comes_back_equal(robot: Robot) -> None:
     assert robot_from_dict(tomllib.loads(to_toml(robot))) == robot
 
@@ -423,7 +423,7 @@ def test_any_garbage_gives_a_robot_error(data: dict[str, Any]) -> None:
     changes=st.dictionaries(st.sampled_from(KEYS), garbage, min_size=1, max_size=5),
     body=garbage,
 )
-@settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=200, suppress_health_check=[HealthCheck.too_slow])
 def test_a_wheel_with_garbage_is_a_robot_or_a_robot_error(
     kind: str, changes: dict[str, Any], body: Any
 ) -> None:

@@ -64,12 +64,13 @@ class InverseSolver:
             _, can_give = wheel_matrix(robot, np.zeros(0))
             left, size, _ = np.linalg.svd(can_give)
             self._space, self._flat = left[:, size > 0.5], True
+        # The projector onto the twists that some steering allows.
+        self.feasible = self._nearest_map(np.eye(3), np.eye(3))
 
-    @property
-    def feasible(self) -> Array:
-        """The projector (3, 3) onto the twists that some steering allows."""
-        left, _ = np.linalg.qr(self._space)
-        return np.asarray(left @ left.T)
+    def _nearest_map(self, to_origin: Array, to_point: Array) -> Array:
+        """Return the map (3, 3) from a point's twist to the origin's that comes nearest to it."""
+        space = to_point @ self._space
+        return np.asarray(to_origin @ space @ pseudo_inverse(space.T)[0].T)
 
     def solve(
         self,
@@ -115,9 +116,9 @@ class InverseSolver:
         self, asked: Array, to_origin: Array, to_point: Array, present: Array | None, limit: bool
     ) -> tuple[Array, Array]:
         """Return the nearest feasible twist of the origin (..., 3) and the inputs (..., g)."""
-        space = to_point @ self._space
-        inverse, _ = pseudo_inverse(space.T)
-        near = np.asarray(asked @ (inverse @ (to_origin @ space).T))
+        home = bool((to_point == np.eye(3)).all())
+        nearest = self.feasible if home else self._nearest_map(to_origin, to_point)
+        near = np.asarray(asked @ nearest.T)
         largest = np.abs(asked).max(axis=-1, keepdims=True, initial=0.0)
         near[(np.abs(near) <= STANDSTILL * largest).all(axis=-1)] = 0.0
         if not self.robot.steered:
@@ -132,7 +133,9 @@ class InverseSolver:
             asked = np.broadcast_to(asked, near.shape)
             for index in np.argwhere(~inside):
                 at = tuple(index)
-                near[at] = self._steering.nearest_in_range(asked[at], space, to_origin)
+                near[at] = self._steering.nearest_in_range(
+                    asked[at], to_point @ self._space, to_origin
+                )
             inputs, _ = self._steering.inputs(near, speed, present, limit)
         return near, inputs
 
