@@ -116,6 +116,11 @@ each_steered = pytest.mark.parametrize(
 )
 
 
+def several(robot: Robot, count: int) -> int:
+    """Return how many twists to look at: few where each inverse is a search."""
+    return 1 if robot is CURVED else count
+
+
 @cache
 def kinematics(robot: Robot) -> trundle.Kinematics:
     """Return the robot's kinematics, made once for all tests."""

@@ -24,6 +24,7 @@ from catalogue import (
     reordered,
     scaled,
     seen_from,
+    several,
     steering_for,
     twist_space,
 )
@@ -102,10 +103,15 @@ def test_each_contact_moves_as_its_wheel_says(robot: Robot, shape: tuple[int, ..
 
 
 @each_robot
-def test_the_contacts_also_fit_the_nearest_twist_of_an_infeasible_one(robot: Robot) -> None:
-    twist = np.random.default_rng(3).normal(size=(4, 3))
-    found = kinematics(robot).inverse(twist)
-    assert worst_misfit(robot, found, found.twist) < ROUNDING
+@pytest.mark.parametrize("about", [(0.0, 0.0), (0.3, -0.2)], ids=str)
+def test_the_contacts_also_fit_the_nearest_twist_of_an_infeasible_one(
+    robot: Robot, about: tuple[float, float]
+) -> None:
+    twist = np.concatenate([np.random.default_rng(3).normal(size=(3, 3)), np.eye(3), -np.eye(3)])
+    found = kinematics(robot).inverse(twist[: several(robot, 9)], about=about)
+    u, v, r = np.moveaxis(found.twist, -1, 0)
+    origin = np.stack([u + r * about[1], v - r * about[0], r], axis=-1)
+    assert worst_misfit(robot, found, origin) < ROUNDING
 
 
 @each_plane_robot
@@ -131,7 +137,7 @@ def test_the_contact_check_refuses_a_mirrored_robot(name: str) -> None:
 
 @each_robot
 def test_forward_is_w_on_consistent_speeds(robot: Robot) -> None:
-    kin, twist = kinematics(robot), feasible_twists(robot, (4,))
+    kin, twist = kinematics(robot), feasible_twists(robot, (several(robot, 4),))
     found = kin.inverse(twist)
     W = kin.wheel_matrix(found.steering if robot.steered else None)
     np.testing.assert_allclose(
@@ -222,7 +228,7 @@ def test_a_shifted_origin_equals_about(robot: Robot) -> None:
     if any(getattr(wheel, "track_factor", 1.0) != 1.0 for wheel in robot.wheels):
         pytest.skip("a track factor widens the robot about the line through its origin")
     point = (0.31, -0.17)
-    twist = np.random.default_rng(13).normal(size=(4, 3))
+    twist = np.random.default_rng(13).normal(size=(several(robot, 4), 3))
     about = kinematics(robot).inverse(twist, about=point)
     moved = kinematics(seen_from(robot, *point, 0.0)).inverse(twist)
     atol = 1e-5 if robot is CURVED else ROUNDING  # speeds are the searched twist over a radius
@@ -239,7 +245,7 @@ def test_a_turn_about_a_point_leaves_the_point_at_rest() -> None:
 
 @each_robot
 def test_time_reversal_turns_the_wheels_backwards(robot: Robot) -> None:
-    kin, twist = kinematics(robot), feasible_twists(robot, (5,))
+    kin, twist = kinematics(robot), feasible_twists(robot, (several(robot, 5),))
     present = steering_for(robot, twist) if robot.steered else None
     there = kin.inverse(twist, steering=present)
     back = kin.inverse(-twist, steering=present)
@@ -249,7 +255,7 @@ def test_time_reversal_turns_the_wheels_backwards(robot: Robot) -> None:
 
 @each_robot
 def test_reversed_motors_only_change_the_sign(robot: Robot) -> None:
-    other, twist = all_reversed(robot), feasible_twists(robot, (4,))
+    other, twist = all_reversed(robot), feasible_twists(robot, (several(robot, 4),))
     ours, theirs = kinematics(robot).inverse(twist), kinematics(other).inverse(twist)
     np.testing.assert_array_equal(theirs.wheel_speeds, -ours.wheel_speeds)
     np.testing.assert_array_equal(theirs.steering, ours.steering)
@@ -260,7 +266,7 @@ def test_reversed_motors_only_change_the_sign(robot: Robot) -> None:
 
 @each_robot
 def test_running_twice_gives_the_same(robot: Robot) -> None:
-    twist = feasible_twists(robot, (3,))
+    twist = feasible_twists(robot, (several(robot, 3),))
     first, second = Kinematics(robot).inverse(twist), Kinematics(robot).inverse(twist)
     np.testing.assert_array_equal(first.wheel_speeds, second.wheel_speeds)
     np.testing.assert_array_equal(first.steering, second.steering)
@@ -304,7 +310,7 @@ def test_w_does_not_depend_on_how_often_a_side_slip_row_is_there(name: str) -> N
 
 @each_robot
 def test_the_residual_is_zero_where_all_wheels_agree(robot: Robot) -> None:
-    found = kinematics(robot).inverse(feasible_twists(robot, (2, 3)))
+    found = kinematics(robot).inverse(feasible_twists(robot, (2, several(robot, 3))))
     steering = found.steering if robot.steered else None
     residual = kinematics(robot).residual(found.wheel_speeds, steering)
     assert residual.shape == found.wheel_speeds.shape
@@ -370,8 +376,8 @@ def sizes(values: Floats) -> float:
 @each_robot
 def test_the_bound_inverse_equals_the_array_inverse(robot: Robot) -> None:
     kin, bound = kinematics(robot), kinematics(robot).bind()
-    several = np.random.default_rng(17).normal(size=(20, 3))
-    twists = [*several, *np.eye(3), *-np.eye(3), *feasible_twists(robot, (3,))]
+    random = np.random.default_rng(17).normal(size=(20, 3))
+    twists = [*random, *np.eye(3), *-np.eye(3), *feasible_twists(robot, (3,))]
     for twist in twists[:: 8 if robot is CURVED else 1]:
         found = kin.inverse(twist, limit=False)
         wanted = np.concatenate([found.wheel_speeds, found.steering])
@@ -699,6 +705,20 @@ def test_limits_of_one_group_that_no_angle_keeps() -> None:
         )  # fmt: skip
         with pytest.raises(TrundleError, match=r"front.*rear|'g'"):
             Kinematics(Robot(name="jammed", wheels=wheels)).inverse([1.0, 0.0, 0.0])
+
+
+def test_a_limited_wheel_on_the_spot_of_a_fixed_one_does_not_slide() -> None:
+    """It cannot stand along it, so that only turning about the spot is left, which nothing drives."""
+    robot = Robot(
+        name="twins",
+        wheels=(
+            SteeredWheel(
+                name="s", x=0.0, y=-0.5, radius=0.1, steering_min=-1.8, steering_max=-1.35
+            ),
+            FixedWheel(name="f", x=0.0, y=-0.5, radius=0.1),
+        ),
+    )
+    check_limits(robot, Kinematics(robot).inverse([0.9, 1.4, 1.3]))
 
 
 def test_ackermann_angles_are_exact() -> None:

@@ -63,7 +63,7 @@ def test_exact_has_no_error_for_a_constant_twist(robot: Robot, dt: float) -> Non
     twist = feasible_twists(robot, ())
     duration = 2.0
     if robot is CURVED:  # whose inverse is a search for each step
-        duration = 2.5 * dt
+        duration = 1.5 * dt
     run = simulate(robot, twist=twist, duration=duration, dt=dt, pose=START)
     # The curved robot's twists are met to the digits of a search only.
     np.testing.assert_allclose(
