@@ -194,7 +194,8 @@ def test_the_sign_of_a_mirrored_roller_in_one_line_only(matrix, line):
     matrix[1, 1] *= -1  # VY of front_right in both forms
     _, codes, text = told("mecanum", matrix)
     assert codes == ["roller_sign"]
-    assert text == f"{line} 'front_right' has the sign of a mirrored roller, but our yaw arm"
+    words = "has VX and VY as if its roller were mirrored, but WZ as ours: one sign is wrong"
+    assert text == f"{line} 'front_right' {words}"
 
 
 @pytest.mark.parametrize(

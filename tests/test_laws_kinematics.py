@@ -708,7 +708,7 @@ def test_limits_of_one_group_that_no_angle_keeps() -> None:
 
 
 def test_a_limited_wheel_on_the_spot_of_a_fixed_one_does_not_slide() -> None:
-    """It cannot stand along it, so that only turning about the spot is left, which nothing drives."""
+    """It cannot stand along it: only turning about the spot is left, which nothing drives."""
     robot = Robot(
         name="twins",
         wheels=(

@@ -612,7 +612,11 @@ WRONG = {
     "track factor without skid": (
         {"track_factor": 1.5}, "wheel 'a': track_factor belongs to wheels with skid = true"
     ),
-    "encoder": ({"encoder": 64}, "wheel 'a': encoder must be a table, got 64"),
+    "encoder": (
+        {"encoder": 64},
+        "wheel 'a': encoder must be a table such as { ticks_per_motor_turn = 64, gear = 43.7 }, "
+        "got 64",
+    ),
     "empty encoder": ({"encoder": {}}, "wheel 'a': encoder.ticks_per_motor_turn is missing"),
     "ticks": (
         {"encoder": {"ticks_per_motor_turn": 0}},

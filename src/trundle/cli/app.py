@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from importlib import metadata
+from typing import Annotated
 
 import typer
 from rich.text import Text
@@ -15,6 +17,7 @@ from trundle.errors import TrundleError
 app = typer.Typer(
     name="trundle",
     no_args_is_help=True,
+    invoke_without_command=True,
     add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
@@ -27,6 +30,16 @@ app = typer.Typer(
         "Start with `trundle show omni3` and `trundle demo`."
     ),
 )
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
+) -> None:
+    if version:
+        print(metadata.version("trundle"))
+        raise typer.Exit
+
 
 for command in (
     files.catalog,

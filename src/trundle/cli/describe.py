@@ -66,7 +66,7 @@ def show(
     lost = any(each.code == "off_centre_angles" for each in warnings)
     W = None if lost or angles is None else Kinematics(made).wheel_matrix(angles)
     told = explain(made, angles) if explained and W is not None else None
-    files = _pictures(made, angles, target) if target else []
+    files = _pictures(made, angles, given, target) if target else []
     if as_json:
         print_json(_show_json(made, angles, W, can, warnings, told, files))
         return
@@ -194,13 +194,13 @@ def _show_warnings(warnings: tuple[Finding, ...]) -> None:
         sentence(("Remedy", "dim"), f"  {each.remedy}.")
 
 
-def _pictures(robot: Robot, angles: Array | None, target: Path) -> list[Path]:
+def _pictures(robot: Robot, angles: Array | None, given: Array | None, target: Path) -> list[Path]:
     from trundle.view import plot_layout, plot_reachable, save
 
     steering = angles if robot.steered else None
     return [
         save(plot_layout(robot, steering), target / "layout.png"),
-        save(plot_reachable(robot, steering), target / "reachable.png"),
+        save(plot_reachable(robot, given), target / "reachable.png"),
     ]
 
 

@@ -11,6 +11,7 @@ import typer
 from rich.text import Text
 
 from trundle.cli import options
+from trundle.cli.options import did_you_mean
 from trundle.cli.output import out, print_json, table
 from trundle.errors import FileError
 from trundle.kinematics import mobility
@@ -59,7 +60,10 @@ def init(
     Example: `trundle init my_robot.toml --like mecanum --set track=0.25 --schema`
     """
     if like not in CATALOG:
-        raise FileError(f"--like takes a catalogue name: {', '.join(CATALOG)}; got {like!r}")
+        raise FileError(
+            f"--like takes a catalogue name: {', '.join(CATALOG)}; got {like!r}"
+            f"{did_you_mean(like, CATALOG)}"
+        )
     if path.exists() and not force:
         raise FileError(f"{path} is there already: choose another name, or --force to overwrite it")
     robot = options.robot_of(like, sizes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Annotated
 
 import numpy as np
@@ -16,12 +17,14 @@ from trundle.cli.output import (
     heading,
     out,
     print_json,
+    sentence,
     table,
     twist,
 )
 from trundle.errors import TrundleError
 from trundle.kinematics import Kinematics, mobility
 from trundle.robot import Robot
+from trundle.se2 import Array
 
 _RPM = 60 / math.tau
 
@@ -113,6 +116,9 @@ def inverse(
                 "rpm": rpm,
                 "steering": found.steering,
                 "residual": found.residual,
+                "twist": found.twist,
+                "driven": [wheel.name for wheel in made.driven],
+                "steered": [wheel.name for wheel in made.steered],
             }
         )
         return
@@ -135,11 +141,26 @@ def inverse(
     heading("Twist")
     twist(("asked", asked), ("given", found.twist), ("missing", found.residual))
     if np.abs(found.residual).max() > 0:
-        out.print(Text(_why_missing(made)))
+        sentence(why_missing(made, asked, at, present))
 
 
-def _why_missing(robot: Robot) -> str:
-    motions = "; ".join(mobility(robot).motions) or "none"
-    return (
-        f"This robot cannot have all of it, at least not within its limits. It can do: {motions}."
-    )
+def why_missing(
+    robot: Robot, asked: Array, about: Sequence[float] = (0.0, 0.0), present: Array | None = None
+) -> str:
+    """Return why a robot cannot have a twist: its wheels, its steering limits, its speed limits."""
+    kinematics = Kinematics(robot)
+    free = kinematics.inverse(asked, about, present, limit=False)
+    limited = kinematics.inverse(asked, about, present)
+    rounding = 1e-9 * float(np.abs(asked).max())
+    if np.abs(free.residual).max() > rounding:
+        motions = "; ".join(mobility(robot).motions) or "none"
+        return f"This robot cannot have that twist. Its wheels allow: {motions}."
+    over = [
+        f"{wheel.name} would turn at {abs(speed):.4g} rad/s and may do {wheel.max_speed:g}"
+        for wheel, speed in zip(robot.driven, free.wheel_speeds, strict=True)
+        if wheel.max_speed is not None and abs(speed) > wheel.max_speed
+    ]
+    share = float(np.linalg.norm(limited.twist) / np.linalg.norm(asked))
+    if over and np.allclose(limited.twist, share * asked, atol=rounding):
+        return f"The whole twist is scaled to {100 * share:.3g} %: {'; '.join(over)}."
+    return "Its steering limits forbid that twist; this is the nearest within them."

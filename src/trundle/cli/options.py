@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -50,15 +52,22 @@ def robot_of(name: str, sizes: list[str] | None = None) -> Robot:
     return load(name, **changes)
 
 
+def did_you_mean(given: str, known: Iterable[str]) -> str:
+    """Return a question that names the nearest known word, or ""."""
+    close = difflib.get_close_matches(given, list(known), n=1)
+    return f": did you mean {close[0]!r}?" if close else ""
+
+
 def steering_of(robot: Robot, degrees: list[float] | None) -> Array | None:
     """Return the steering angles of the command line [rad], or None."""
     if degrees is None or len(degrees) == 0:
         return None
     names = [wheel.name for wheel in robot.steered]
     if len(degrees) != len(names):
-        wanted = f"{len(names)} ({', '.join(names)})" if names else "none: it does not steer"
+        if not names:
+            raise TrundleError(f"robot {robot.name!r} does not steer: leave out --steering-deg")
         raise TrundleError(
-            f"robot {robot.name!r} takes {wanted} steering angle{'s' * (len(names) != 1)}, got "
-            f"{len(degrees)}"
+            f"robot {robot.name!r} has {len(names)} steering angle{'s' * (len(names) > 1)} "
+            f"({', '.join(names)}), got {len(degrees)}"
         )
     return np.radians(degrees)

@@ -59,7 +59,7 @@ def table(columns: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) 
         box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0), show_header=any(columns)
     )
     for i, name in enumerate(columns):
-        made.add_column(Text(name), justify="left" if i < left else "right", no_wrap=i == 0)
+        made.add_column(Text(name), justify="left" if i < left else "right", overflow="fold")
     for row in rows:
         made.add_row(*(Text(cell) for cell in row))
     out.print(made)
@@ -72,11 +72,13 @@ def sentence(*parts: str | tuple[str, str]) -> None:
 
 def matrix(values: Array, columns: Sequence[str]) -> None:
     """Print a (3, n) matrix with the names of its rows and columns."""
-    rows = [
-        [axis.split()[0], *(figure(value) for value in row)]
-        for axis, row in zip(_AXES, values, strict=True)
-    ]
-    table(["", *columns], rows)
+    shown = [[figure(value) for value in row] for row in values]
+    width = max(len(text) for text in (*columns, *(cell for row in shown for cell in row), "")) + 2
+    block = max((out.width - 3) // width, 1)
+    for first in range(0, max(len(columns), 1), block):
+        part = slice(first, first + block)
+        rows = [[axis[0], *row[part]] for axis, row in zip(_AXES, shown, strict=True)]
+        table(["", *columns[part]], rows)
 
 
 def twist(*named: tuple[str, Array]) -> None:

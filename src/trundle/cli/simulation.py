@@ -12,6 +12,7 @@ import typer
 from rich.text import Text
 
 from trundle.cli import options
+from trundle.cli.maps import why_missing
 from trundle.cli.numbers import number, positive
 from trundle.cli.output import (
     figure,
@@ -19,14 +20,19 @@ from trundle.cli.output import (
     out,
     print_json,
     progress,
+    sentence,
     table,
     told_files,
 )
 from trundle.errors import FileError, TrundleError
+from trundle.kinematics import Kinematics
 from trundle.robot import Robot
 from trundle.se2 import Array
 from trundle.simulation import Run, write_log
 from trundle.simulation import simulate as run_simulation
+
+# Rims that slip less than this [m/s] fit together but for the digits that were typed.
+_SLIP = 1e-6
 
 
 def simulate(
@@ -88,9 +94,11 @@ def simulate(
     files = _leave(made, run, target, animation, as_json) if target else []
     moved = np.diff(run.pose[:, :2], axis=0)
     length = float(np.hypot(moved[:, 0], moved[:, 1]).sum())
+    notes = _notes(made, chosen, run)
     if as_json:
         print_json(
             {
+                "notes": notes,
                 "duration": run.t[-1],
                 "steps": len(run.t) - 1,
                 "pose": run.pose[-1],
@@ -108,12 +116,44 @@ def simulate(
     out.print(
         Text(
             f"{figure(length)} m in {figure(run.t[-1])} s, {len(run.t) - 1} steps, "
-            f"turned {math.degrees(end[2] - run.pose[0, 2]):.2f} deg"
+            f"turned {figure(math.degrees(end[2] - run.pose[0, 2]))} deg"
         )
     )
+    for note in notes:
+        sentence(("note", "yellow"), f"  {note}")
     told_files(files)
     if not files:
         out.print(Text("--out DIR leaves the run, a log and pictures there.", style="dim"))
+
+
+def _notes(robot: Robot, chosen: dict[str, Any], run: Run) -> list[str]:
+    """Return what the user should know of the commands: what was driven instead, or disagrees."""
+    kinematics = Kinematics(robot)
+    if "twist" in chosen:
+        asked = np.broadcast_to(chosen["twist"], run.twist.shape)
+        miss = np.abs(asked - run.twist).max(axis=1)
+        k = int(np.argmax(miss))
+        if miss[k] <= 1e-9 * np.abs(asked).max(initial=0.0):
+            return []
+        given = ", ".join(figure(value) for value in run.twist[k])
+        return [
+            f"Asked for ({', '.join(figure(value) for value in asked[k])}), it drove ({given}). "
+            f"{why_missing(robot, asked[k])}"
+        ]
+    notes = []
+    steering = run.steering if robot.steered else None
+    slip = np.abs(kinematics.residual(run.wheel_speeds, steering)).max(initial=0.0)
+    if slip > _SLIP:
+        notes.append(f"The wheels do not fit together: their rims slip by up to {slip:.3g} m/s.")
+    for wheel, speeds in zip(robot.driven, run.wheel_speeds.T, strict=True):
+        most = float(np.abs(speeds).max())
+        if wheel.max_speed is not None and most > wheel.max_speed:
+            notes.append(f"{wheel.name} turns at {most:.4g} rad/s and may do {wheel.max_speed:g}.")
+    for steered, angles in zip(robot.steered, run.steering.T, strict=True):
+        low, high = steered.steering_range
+        if angles.min() < low or angles.max() > high:
+            notes.append(f"{steered.name} steers beyond its limits.")
+    return notes
 
 
 def _commands(
@@ -153,6 +193,12 @@ def _read_commands(robot: Robot, path: Path, steering: Array | None) -> dict[str
             f"{path}: no column {', '.join(missing)}; the header must have {', '.join(twists)} "
             f"or {', '.join(speeds)}"
         )
+    known = {*twists} if wanted is twists else {*speeds, *angles}
+    if strangers := [name for name in header if name not in known]:
+        raise FileError(
+            f"{path}: the columns {', '.join(strangers)} mean nothing here; there is one row per "
+            f"--dt, with {', '.join(twists)} or {', '.join([*speeds, *angles])}"
+        )
     columns = wanted + (angles if wanted is speeds and set(angles) <= set(header) else [])
     values = np.array(
         [_command_row(path, k, header, row, columns) for k, row in enumerate(body, 2)]
@@ -186,6 +232,8 @@ def _leave(robot: Robot, run: Run, target: Path, animation: str, quiet: bool) ->
         files.append(write_log(robot, run, target / "log.csv"))
     files.append(save(plot_eta(run), target / "eta.png"))
     files.append(save(plot_path(robot, run), target / "path.png"))
+    for stale in ("animation.gif", "animation.mp4"):
+        (target / stale).unlink(missing_ok=True)
     if animation != "none":
         with progress(quiet) as bar:
             task = bar.add_task("drawing the animation")

@@ -11,6 +11,9 @@ from trundle.errors import ShapeError
 from trundle.robot import Robot, RollingWheel, Rows, Wheel
 from trundle.se2 import Array
 
+# Far beyond any speed, angle or length in SI units, and far enough from overflow for products.
+_LARGEST = 1e100
+
 
 def finite(values: npt.ArrayLike, name: str, last: int | None = None) -> Array:
     """Return a copy of values as an array of floats whose last axis has the right length.
@@ -28,6 +31,8 @@ def finite(values: npt.ArrayLike, name: str, last: int | None = None) -> Array:
         )
     if not np.isfinite(array).all():
         raise ShapeError(f"{name} must be finite numbers, got nan or inf")
+    if np.abs(array).max(initial=0.0) > _LARGEST:
+        raise ShapeError(f"{name} must be numbers of this world, got {np.abs(array).max():.3g}")
     return array
 
 

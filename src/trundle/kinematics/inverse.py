@@ -95,7 +95,7 @@ class InverseSolver:
         if self.robot.steered:
             rolling = rolling_matrix(self.robot, self.robot.driven, angles)
             _, can_give = wheel_matrix(self.robot, angles)
-            near = (can_give @ near[..., None])[..., 0]
+            near = _without_noise((can_give @ near[..., None])[..., 0], asked)
             near = _best_multiple(near, asked @ to_origin.T, to_point)
         speeds = (rolling @ near[..., None])[..., 0] / self._gains
         if limit:
@@ -119,8 +119,7 @@ class InverseSolver:
         home = bool((to_point == np.eye(3)).all())
         nearest = self.feasible if home else self._nearest_map(to_origin, to_point)
         near = np.asarray(asked @ nearest.T)
-        largest = np.abs(asked).max(axis=-1, keepdims=True, initial=0.0)
-        near[(np.abs(near) <= STANDSTILL * largest).all(axis=-1)] = 0.0
+        near = _without_noise(near, asked)
         if not self.robot.steered:
             return near, np.zeros((*asked.shape[:-1], 0))
         speed = np.abs(asked).max(axis=-1) * (1.0 + self.robot.reach)
@@ -148,10 +147,12 @@ class InverseSolver:
         asked = np.broadcast_to(asked, near.shape)
         far = np.full(len(steering.low), np.inf)
         low, high = (steering.low, steering.high) if limit else (-far, far)
+        known: dict[bytes, tuple[Array, Array]] = {}  # held commands are searched for once
         for at in np.ndindex(near.shape[:-1]):
-            inputs[at], near[at] = nearest_on_curve(
-                self.robot, asked[at], to_point, start[at], low, high
-            )
+            key = asked[at].tobytes() + start[at].tobytes()
+            if key not in known:
+                known[key] = nearest_on_curve(self.robot, asked[at], to_point, start[at], low, high)
+            inputs[at], near[at] = known[key]
         return near, inputs
 
     def _scale(self, speeds: Array) -> Array:
@@ -166,13 +167,20 @@ class InverseSolver:
             return
         worst = np.unravel_index(int(np.argmax(miss)), miss.shape)
         u, v, r = asked[worst]
-        given = asked[worst] - residual[worst]
+        given = (asked[worst] - residual[worst]).round(12) + 0.0
         limits = " within its limits" if limit else ""
         raise InfeasibleTwistError(
             f"robot {self.robot.name!r} cannot have the twist (u, v, r) = ({u:g}, {v:g}, {r:g})"
             f"{limits}; the nearest that it can have is "
-            f"({given[0]:.6g}, {given[1]:.6g}, {given[2]:.6g}). Leave out strict=True to get it."
+            f"({', '.join(f'{value:.6g}' for value in given)}): without strict that is the answer."
         )
+
+
+def _without_noise(twist: Array, asked: Array) -> Array:
+    """Return the twist, or standstill where it is rounding beside the twist asked."""
+    largest = np.abs(asked).max(axis=-1, keepdims=True, initial=0.0)
+    noise = (np.abs(twist) <= STANDSTILL * largest).all(axis=-1, keepdims=True)
+    return np.where(noise, 0.0, twist)
 
 
 def _best_multiple(twist: Array, asked: Array, to_point: Array) -> Array:

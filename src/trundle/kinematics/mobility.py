@@ -157,8 +157,8 @@ def _why_degree(robot: Robot, found: Mobility) -> list[str]:
     if steered:
         names = join([repr(w.name) for w in steered])
         told.append(
-            f"At fixed steering angles {names} leave {found.degree} free "
-            f"motion{'s' * (found.degree != 1)}; steering changes which, with "
+            f"At fixed steering angles {names} leave{'s' * (len(steered) == 1)} {found.degree} "
+            f"free motion{'s' * (found.degree != 1)}; steering changes which, with "
             f"{found.steerability} independent input{'s' * (found.steerability != 1)}."
         )
     if skids:

@@ -61,6 +61,10 @@ class Kinematics:
             self._W.setflags(write=False)
             self._estimator, self._unobserved = estimator(robot, robot.driven, none)
 
+    def __repr__(self) -> str:
+        """Return the call that makes it."""
+        return f"Kinematics({self.robot.name!r}: {len(self.robot.driven)} driven wheels)"
+
     @cached_property
     def _solver(self) -> InverseSolver:
         return InverseSolver(self.robot)
@@ -135,9 +139,10 @@ class Kinematics:
         return np.asarray((to_twist @ speeds[..., None])[..., 0])
 
     def residual(self, wheel_speeds: npt.ArrayLike, steering: npt.ArrayLike | None = None) -> Array:
-        """Return by how much (..., n) [m/s] each rim is faster than the twist that fits best.
+        """Return the mismatch (..., n) [m/s] of each wheel with the twist that fits best.
 
-        ``R omega - A zeta`` with zeta from ``forward``: zero where all wheels agree; slip, or a
+        ``R omega - A zeta`` with zeta from ``forward``, rim speeds along the direction in which
+        the wheel is held (a Swedish wheel's roller axis): zero where all wheels agree; slip, or a
         broken encoder, where not.
         """
         twist = self.forward(wheel_speeds, steering)

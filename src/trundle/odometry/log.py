@@ -32,6 +32,8 @@ READINGS: dict[str, str] = {
 _RUNNING = ("counts", "angle")
 _RATES = ("speed", "rpm")
 SKIP = "-"
+# Half the range of a 16-bit counter: more in one row is rather a wrap-around than a motion.
+_LEAP = 2.0**15
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +148,9 @@ def _read_table(
     elif table and all(math.isnan(_number(cell)) for cell in table[0]):
         header, table, first_line = table[0], table[1:], 2
     else:
-        raise FileError(f"{path}: the file has no header: name its columns, such as {_example()}")
+        raise FileError(
+            f"{path}: the file has no header: name its columns (--columns), such as {_example()}"
+        )
     if len(table) < 2:
         raise FileError(f"{path}: a log needs at least two rows, got {len(table)}")
     for k, row in enumerate(table):
@@ -184,7 +188,7 @@ def _turning(
     name = rows.one_of(*(f"{reading}:{wheel.name}" for reading in READINGS))
     if name is None:
         close = difflib.get_close_matches(wheel.name, rows.header, n=1)
-        hint = f" Is it {close[0]!r}? Then map ticks:{wheel.name}={close[0]}." if close else ""
+        hint = f" Is it {close[0]!r}? Then --map ticks:{wheel.name}={close[0]}." if close else ""
         raise FileError(
             f"{rows.path}: no column for wheel {wheel.name!r}: name one READING:{wheel.name}, "
             f"where READING is {', '.join(READINGS)}; the file has {', '.join(rows.header)}.{hint}"
@@ -198,15 +202,35 @@ def _turning(
                 f"{rows.path}: column {name!r} holds ticks, but wheel {wheel.name!r} has no "
                 "encoder: add encoder = { ticks_per_motor_turn = ..., gear = ... } to it"
             )
-        if reading == "counts" and counter_bits is not None:
-            span = 2.0**counter_bits
-            moved = moved - span * np.round(moved / span)
+        if reading == "counts":
+            moved = _unwrapped(rows, name, values, counter_bits)
         return np.asarray(moved * wheel.encoder.radians_per_tick)
     if reading in _RATES:
         if time is None:
             raise FileError(f"{rows.path}: column {name!r} is a speed, which needs a time column")
         return np.asarray(moved * np.diff(time) * (1.0 if reading == "speed" else math.tau / 60))
     return np.asarray(moved * (math.tau if reading == "turns" else 1.0))
+
+
+def _unwrapped(rows: _Rows, name: str, counts: Array, bits: int | None) -> Array:
+    """Return how far a running counter moved between the rows, wrap-around taken out."""
+    moved = np.diff(counts)
+    if bits is None:
+        far = int(np.argmax(np.abs(moved))) if len(moved) else 0
+        if len(moved) and abs(moved[far]) > _LEAP:
+            raise FileError(
+                f"{rows.path}: line {rows.first_line + far + 1}, column {name!r}: the counter "
+                f"leaps by {moved[far]:.0f} ticks in one row; say counter_bits=16 "
+                "(--counter-bits 16) if it wraps around, 64 if it does not"
+            )
+        return moved
+    span = 2.0**bits
+    if counts.min() < -span / 2 or counts.max() >= span:
+        raise FileError(
+            f"{rows.path}: column {name!r} holds counts from {counts.min():.0f} to "
+            f"{counts.max():.0f}, which no counter of {bits} bits does"
+        )
+    return np.asarray(moved - span * np.round(moved / span))
 
 
 def _steering(rows: _Rows, robot: Robot) -> Array | None:

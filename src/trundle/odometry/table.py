@@ -7,12 +7,15 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from trundle.errors import FileError
 from trundle.se2 import Array
 
+Counts = npt.NDArray[np.int64]
 
-def write_columns(path: str | Path, columns: Mapping[str, Array]) -> Path:
+
+def write_columns(path: str | Path, columns: Mapping[str, Array | Counts]) -> Path:
     """Write columns (T,) under their names and return the path.
 
     Raises:
@@ -23,7 +26,7 @@ def write_columns(path: str | Path, columns: Mapping[str, Array]) -> Path:
         with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(columns)
-            writer.writerows(np.column_stack(list(columns.values())).tolist())
+            writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
     except OSError as error:
         raise FileError(f"{path}: cannot be written: {error.strerror or error}") from None
     return path

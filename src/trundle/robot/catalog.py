@@ -6,8 +6,9 @@ Lengths are full sizes in metres: ``wheelbase`` between the front and the rear c
 
 from __future__ import annotations
 
+import difflib
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import cos, pi, radians, sin
 
 import numpy as np
@@ -360,7 +361,10 @@ def from_catalog(name: str, **sizes: object) -> Robot:
     known = inspect.signature(make).parameters
     if strangers := [size for size in sizes if size not in known]:
         raise RobotError(
-            [f"no size {size!r}; it has {', '.join(known)}" for size in strangers],
+            [
+                f"no size {size!r}; it has {', '.join(known)}{_nearest(size, known)}"
+                for size in strangers
+            ],
             f"catalogue robot {name!r}",
         )
     faults = []
@@ -372,6 +376,11 @@ def from_catalog(name: str, **sizes: object) -> Robot:
     if faults:
         raise RobotError(faults, f"catalogue robot {name!r}")
     return make(**sizes)
+
+
+def _nearest(size: str, known: Iterable[str]) -> str:
+    close = difflib.get_close_matches(size, list(known), n=1)
+    return f": did you mean {close[0]!r}?" if close else ""
 
 
 # Sizes that are lists, and the shape of their items.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -66,12 +67,28 @@ def _read(path: Path) -> Robot:
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise FileError(f"{path}: this is not valid TOML: {error}") from None
+        raise FileError(f"{path}: this is not valid TOML: {error}{_hint(text, error)}") from None
     data.setdefault("name", path.stem)
     try:
         return robot_from_dict(data)
     except RobotError as error:
         raise RobotError(error.faults, str(path)) from None
+
+
+def _hint(text: str, error: Exception) -> str:
+    """Return the line that TOML does not understand, and the usual slip that it looks like."""
+    found = re.search(r"at line (\d+)", str(error))
+    lines = text.splitlines()
+    if found is None or int(found[1]) > len(lines):
+        return ""
+    line = lines[int(found[1]) - 1].strip()
+    slips = {
+        r"^\[wheel\]": "each wheel stands under [[wheel]], with two brackets",
+        r"=\s*-?\d+,\d": "a decimal point, not a comma",
+        r"=\s*[A-Za-z_]+\s*(#.*)?$": "texts need quotes",
+    }
+    hint = next((told for slip, told in slips.items() if re.search(slip, line)), "")
+    return f": {line!r}{f' ({hint})' if hint else ''}"
 
 
 def to_toml(robot: Robot) -> str:

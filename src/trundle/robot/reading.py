@@ -86,8 +86,12 @@ def _wheel(table: object, number: int, faults: list[str]) -> Wheel | None:
     kind = table.get("kind")
     if not isinstance(kind, str) or kind not in CLASSES:
         got = "it is missing" if kind is None else f"got {kind!r}"
-        faults.append(f"{where}: kind must be one of {', '.join(CLASSES)}; {got}")
-        return None
+        close = difflib.get_close_matches(str(kind).lower(), CLASSES, n=1)
+        hint = f": did you mean {close[0]!r}?" if close else ""
+        faults.append(f"{where}: kind must be one of {', '.join(CLASSES)}; {got}{hint}")
+        if not close:
+            return None
+        kind = close[0]  # the other keys are checked as for the kind that was probably meant
     rest = {k: v for k, v in table.items() if k != "kind"}
     made = _build(wheel_class(kind, table), _model(kind), rest, where, faults, kind)
     return made if isinstance(made, Wheel) else None
@@ -154,7 +158,9 @@ def _tell(error: Mapping[str, Any], cls: type, kind: str | None) -> str:
     rule = item.metadata.get("quantity")
     if rule is not None and (fault := rule.fault(error["input"], item.metadata["degrees"])):
         return f"{name} {fault}"
-    wanted = {"bool_type": "true or false", "string_type": "a text"}.get(error["type"], "a table")
+    wanted = {"bool_type": "true or false", "string_type": "a text"}.get(
+        error["type"], "a table such as { ticks_per_motor_turn = 64, gear = 43.7 }"
+    )
     return f"{name} must be {wanted}, got {error['input']!r}"
 
 

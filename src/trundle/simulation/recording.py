@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trundle.kinematics import Kinematics
-from trundle.odometry import Log, dead_reckon, write_columns
+from trundle.odometry import Counts, Log, dead_reckon, write_columns
 from trundle.robot import Robot
 from trundle.se2 import Array
 from trundle.simulation.run import Run
@@ -41,7 +41,12 @@ def write_log(robot: Robot, run: Run, path: str | Path, counter_bits: int | None
     Raises:
         FileError: the file cannot be written.
     """
-    columns = {"time": run.t, "x": run.pose[:, 0], "y": run.pose[:, 1], "psi": run.pose[:, 2]}
+    columns: dict[str, Array | Counts] = {
+        "time": run.t,
+        "x": run.pose[:, 0],
+        "y": run.pose[:, 1],
+        "psi": run.pose[:, 2],
+    }
     for wheel, angle in zip(robot.sensed, sensed_angles(robot, run).T, strict=True):
         if wheel.encoder is None:
             columns[f"angle:{wheel.name}"] = angle
@@ -49,7 +54,7 @@ def write_log(robot: Robot, run: Run, path: str | Path, counter_bits: int | None
         counts = np.round(angle / wheel.encoder.radians_per_tick)
         if counter_bits is not None:
             counts = np.mod(counts, 2.0**counter_bits)
-        columns[f"counts:{wheel.name}"] = counts
+        columns[f"counts:{wheel.name}"] = counts.astype(np.int64)
     for i, steered in enumerate(robot.steered):
         held = run.steering[:, i]
         columns[f"steering:{steered.name}"] = np.concatenate([held[:1], held])

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from trundle.errors import FileError
-from trundle.se2 import Array
+from trundle.se2 import Array, step_arrays
 
 _BROKEN = (csv.Error, zipfile.BadZipFile, zlib.error)
 _POSE = ("x", "y", "psi")
@@ -57,6 +58,23 @@ class Run:
         return all(np.array_equal(getattr(self, n), getattr(other, n)) for n in names)
 
     __hash__ = None  # type: ignore[assignment]
+
+    def pose_at(self, t: npt.ArrayLike) -> Array:
+        """Return the poses (F, 3) at times (F,) [s] in between.
+
+        On the arc of the step's twist where that leads to the next pose, as the exact method has
+        it; on the straight line between two poses for the other methods.
+        """
+        t = np.clip(np.asarray(t, dtype=np.float64), self.t[0], self.t[-1])
+        k = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.twist) - 1)
+        since, start = t - self.t[k], self.pose[k]
+        moved = self.twist[k] * since[:, None]
+        arc = np.stack(step_arrays(*start.T, *moved.T), axis=-1)
+        full = self.twist * np.diff(self.t)[:, None]
+        ends = np.stack(step_arrays(*self.pose[:-1].T, *full.T), axis=-1)
+        if np.allclose(ends, self.pose[1:], atol=1e-9):
+            return arc
+        return np.column_stack([np.interp(t, self.t, self.pose[:, i]) for i in range(3)])
 
     def save(self, path: str | Path) -> Path:
         """Write the run to a ``.csv`` or ``.npz`` file and return its path.

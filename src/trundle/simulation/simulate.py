@@ -18,8 +18,8 @@ from trundle.simulation.run import Run
 
 # A duration that misses a whole number of steps by less is that number: 0.1 is no binary number.
 _WHOLE = 1e-9
-# A run of this many steps fills 10 GB.
-_MOST_STEPS = 1e8
+# A run of this many steps fills 4 GB.
+_MOST_STEPS = 2e7
 # Steps multiplied together. BLAS would share longer products out among threads, which wait for
 # each other wherever other work holds a core, longer than one thread takes for all of it.
 _BLOCK = 16384

@@ -50,8 +50,7 @@ def at_times(robot: Robot, run: Run, t: Array) -> Motion:
         )
         for k in range(len(t))
     )
-    pose = np.column_stack([np.interp(t, run.t, run.pose[:, i]) for i in range(3)])
-    return Motion(np.asarray(t), pose, stances)
+    return Motion(np.asarray(t), run.pose_at(t), stances)
 
 
 def check_same(robot: Robot, run: Run) -> None:

@@ -82,7 +82,10 @@ def _entry_words(ours: OurMaps, changes: dict[int, str], found: ChangeSet) -> li
     for wheel, name in changes.items():
         where = f"{row} {ours.names[wheel]!r}"
         if name == "leaning":
-            message = f"{where} has the sign of a mirrored roller, but our yaw arm"
+            message = (
+                f"{where} has VX and VY as if its roller were mirrored, but WZ as ours: "
+                "one sign is wrong"
+            )
             told.append(Difference("roller_sign", message))
         elif name in COMPONENTS:
             message = f"{where}, {column} {name}: the entry has the wrong sign"
