@@ -276,3 +276,48 @@ def test_help_teaches_with_an_example(trundle, command):
     code, out, _ = trundle(command, "--help")
     assert code == 0
     assert f"trundle {command}" in out.split("Example")[1]
+
+
+def test_simulate_says_what_it_drove_instead(ask, tmp_path):
+    (note,) = ask("simulate", "differential", "--twist", 0, 0.3, 0)["notes"]
+    assert "Asked for (0, 0.3, 0), it drove (0, 0, 0)" in note
+    assert "turning on the spot" in note
+    assert ask("simulate", "differential", "--twist", 0.3, 0, 0.1)["notes"] == []
+    (note,) = ask("simulate", "mecanum", "--wheel-speeds", 1, 1, 1, 5)["notes"]
+    assert "do not fit together" in note
+    slow = tmp_path / "slow.toml"
+    slow.write_text(to_toml(load("differential", radius=0.05).with_wheels(max_speed=10.0)))
+    (note,) = ask("simulate", slow, "--twist", 1, 0, 0)["notes"]
+    assert "scaled to 50 %" in note
+    assert "left would turn at 20 rad/s and may do 10" in note
+    assert len(ask("simulate", slow, "--wheel-speeds", 11, 11)["notes"]) == 2
+
+
+def test_commands_with_columns_that_mean_nothing_are_refused(trundle, tmp_path):
+    file = tmp_path / "commands.csv"
+    file.write_text("time,VX,VY,WZ\n0,1,0,0\n1,1,0,0\n")
+    code, _, err = trundle("simulate", "mecanum", "--commands", file)
+    assert code == 2
+    assert "the columns time mean nothing here" in " ".join(err.split())
+
+
+def test_the_usual_slips_of_toml_are_named(trundle, tmp_path):
+    file = tmp_path / "slip.toml"
+    good = to_toml(load("bicycle"))
+    for text, told in (
+        (good.replace("[[wheel]]", "[wheel]"), "two brackets"),
+        (good.replace("radius = 0.3", "radius = 0,3"), "a decimal point, not a comma"),
+        (good.replace('"fixed"', "fixed"), "texts need quotes"),
+    ):
+        file.write_text(text)
+        code, _, err = trundle("show", file)
+        assert code == 2
+        assert told in " ".join(err.split())
+
+
+def test_every_digit_of_w_is_shown_however_narrow(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    monkeypatch.setattr("trundle.cli.output.out.width", 40)
+    assert run(["show", "mecanum"]) == 0
+    shown = capsys.readouterr().out
+    assert shown.count("0.0357143") == 4

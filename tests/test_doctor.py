@@ -140,7 +140,28 @@ def test_one_belt_for_four_wheels_front_against_rear_is_off_centre():
     )
     robot = Robot(name="naive", wheels=wheels)
     assert codes(robot) == ["off_centre_angles"]
-    assert trundle.mobility(robot).kind == "(1,0)"
+    assert_it_drives_straight_only(robot)
+
+
+def test_a_car_with_its_front_wheels_on_one_rod_is_off_centre():
+    car = load("ackermann")
+    wheels = tuple(
+        dataclasses.replace(w, steering_group="rod") if isinstance(w, SteeredWheel) else w
+        for w in car.wheels
+    )
+    robot = dataclasses.replace(car, wheels=wheels)
+    assert codes(robot) == ["off_centre_angles"]
+    assert_it_drives_straight_only(robot)
+
+
+def assert_it_drives_straight_only(robot):
+    """At angle 0 the wheels are parallel; at any other they share no centre."""
+    can = trundle.mobility(robot)
+    assert (can.kind, can.rank, can.holonomic, can.controllable) == ("(1,0)", 1, True, False)
+    assert can.motions == ("straight forward and back",)
+    found = trundle.Kinematics(robot).inverse([1.0, 0.0, 0.5])
+    # Two solutions fall together there, which leaves the angle known to half the digits.
+    np.testing.assert_allclose(found.twist, [1.0, 0.0, 0.0], atol=1e-7)
 
 
 @pytest.mark.parametrize("name", ["mecanum", "omni3", "omni4"])

@@ -3,6 +3,8 @@
 import dataclasses
 import itertools
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -41,6 +43,7 @@ from geometry import (
 )
 from trundle import Kinematics
 from trundle.errors import InfeasibleTwistError, ShapeError, TrundleError, UnobservedMotionWarning
+from trundle.kinematics import diagnose, explain
 from trundle.robot import BallWheel, CasterWheel, FixedWheel, OmniWheel, Robot, SteeredWheel
 
 # Sums of some dozen products of numbers below 100, each rounded at 1e-16.
@@ -1072,3 +1075,24 @@ def test_allowed_twists_of_this_file_are_what_geometry_says() -> None:
     N = allowed_twists(ROBOTS["differential"], [])
     np.testing.assert_allclose(N @ N.T, np.diag([1.0, 0.0, 1.0]), atol=ROUNDING)
     assert misfits(ROBOTS["differential"], (0.0, 1.0, 0.0), (0.0, 0.0))["left"] == 1.0
+
+
+@pytest.mark.parametrize("name", ["swerve", "two_steered", "tricycle", "ackermann", "rear_steered"])
+def test_straight_back_without_present_angles_is_half_a_turn(name: str) -> None:
+    found = Kinematics(trundle.load(name)).inverse([-1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(found.steering, math.pi)
+
+
+def test_what_is_handed_out_cannot_change_the_kinematics() -> None:
+    kin = Kinematics(trundle.load("mecanum"))
+    _, gains, _ = kin.constraints()
+    with pytest.raises(ValueError, match="read-only"):
+        gains[0] = 7.0
+
+
+@pytest.mark.parametrize(
+    "call", [trundle.mobility, diagnose, explain, lambda robot: trundle.dead_reckon(robot, [[1.0]])]
+)
+def test_a_name_in_place_of_a_robot_is_told(call: Callable[[Any], object]) -> None:
+    with pytest.raises(TrundleError, match=r"a Robot is needed, such as trundle\.load"):
+        call("omni3")

@@ -575,7 +575,7 @@ WRONG = {
     "typo": ({"radios": 0.1}, "wheel 'a': unknown key 'radios': did you mean 'radius'?"),
     "radians": ({"heading": 1}, "wheel 'a': unknown key 'heading': did you mean 'heading_deg'?"),
     "not of the kind": (
-        {"trail": 0.1}, "wheel 'a': key 'trail' does not belong to a fixed wheel, only to caster"
+        {"trail": 0.1}, "wheel 'a': key 'trail' does not belong to fixed wheels, only to caster"
     ),
     "roller at 90 deg": (
         {"kind": "mecanum", "roller_deg": 90},
@@ -595,7 +595,7 @@ WRONG = {
     ),
     "steering limits": (
         {"kind": "steered", "steering_min_deg": 30, "steering_max_deg": -30},
-        "wheel 'a': steering_min_deg must not exceed steering_max, got 30 and -30 deg",
+        "wheel 'a': steering_min_deg must not exceed the largest angle, got 30 and -30 deg",
     ),
     "ratio alone": (
         {"kind": "steered", "steering_ratio": 2},

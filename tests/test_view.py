@@ -609,3 +609,25 @@ def test_pictures_leave_no_trace_in_matplotlib(mixed_run):
     assert dict(mpl.rcParams) == before
     program = "import sys, trundle.view; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+def test_a_failed_animation_leaves_the_old_file(tmp_path, monkeypatch):
+    robot = load("omni3")
+    run = simulate(robot, wheel_speeds=[1.0, 1.0, 1.0], duration=1.0)
+    old = tmp_path / "old.mp4"
+    old.write_bytes(b"precious")
+    monkeypatch.setattr("shutil.which", lambda _: None)
+    with pytest.raises(FileError, match="ffmpeg"):
+        animate(robot, run, old)
+    assert old.read_bytes() == b"precious"
+    kept = tmp_path / "kept.gif"
+    kept.write_bytes(b"precious")
+
+    def stop(done, _):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        animate(robot, run, kept, progress=stop)
+    assert kept.read_bytes() == b"precious"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["kept.gif", "old.mp4"]

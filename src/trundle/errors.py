@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable
 
 
@@ -44,3 +45,13 @@ class FileError(TrundleError):
 
 class UnobservedMotionWarning(UserWarning):
     """A twist was estimated although the wheels do not observe every motion."""
+
+
+def did_you_mean(given: object, known: Iterable[str]) -> str:
+    """Return the end of a message that names the nearest known word, or "".
+
+    >>> did_you_mean("raduis", ["radius", "arm"])
+    ": did you mean 'radius'?"
+    """
+    close = difflib.get_close_matches(str(given), list(known), n=1)
+    return f": did you mean {close[0]!r}?" if close else ""

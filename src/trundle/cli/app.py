@@ -64,10 +64,6 @@ def run(args: list[str] | None = None) -> int:
         return 2
     except SystemExit as ended:
         return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
-    except BrokenPipeError:
-        # Whoever read the output has enough; nothing more may be written, at exit neither.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        return 0
     except Exception as error:
         if os.environ.get("TRUNDLE_DEBUG"):
             raise

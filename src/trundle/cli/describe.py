@@ -112,6 +112,7 @@ def _show_json(
         "holonomic": can.holonomic,
         "controllable": can.controllable,
         "motions": can.motions,
+        "undriven": can.undriven,
         "reasons": can.reasons,
         "warnings": [
             {"code": w.code, "message": w.message, "remedy": w.remedy, "wheels": w.wheels}
@@ -178,8 +179,10 @@ def _show_mobility(can: Mobility) -> None:
         ["omnidirectional", answer[can.omnidirectional]],
         ["holonomic (Lie brackets)", answer[can.holonomic]],
         ["reaches every pose", answer[can.controllable]],
-        ["motions", "; ".join(can.motions) or "none"],
+        ["allowed motions", "; ".join(can.motions) or "none"],
     ]
+    if can.undriven:
+        rows.append(["not driven", "; ".join(can.undriven)])
     table(["", ""], rows, left=2)
     for reason in can.reasons:
         sentence(reason)

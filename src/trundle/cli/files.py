@@ -11,9 +11,8 @@ import typer
 from rich.text import Text
 
 from trundle.cli import options
-from trundle.cli.options import did_you_mean
 from trundle.cli.output import out, print_json, table
-from trundle.errors import FileError
+from trundle.errors import FileError, did_you_mean
 from trundle.kinematics import mobility
 from trundle.robot import CATALOG, json_schema, load, save, to_toml
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -57,10 +58,13 @@ def forward(
         raise TrundleError(
             f"robot {made.name!r} steers: add --steering-deg with the angles of {steered}"
         )
-    given = kinematics.forward(wheel_speeds, angles)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        given = kinematics.forward(wheel_speeds, angles)
     residual = kinematics.residual(wheel_speeds, angles)
+    notes = [str(warning.message) for warning in told]
     if as_json:
-        print_json({"twist": given, "residual": residual})
+        print_json({"twist": given, "residual": residual, "notes": notes})
         return
     twist(("twist", given))
     heading("Wheels")
@@ -71,6 +75,8 @@ def forward(
     table(["", "speed [rad/s]", "rim mismatch [m/s]"], rows)
     if np.abs(residual).max(initial=0.0) > 1e-9:
         out.print(Text("These speeds do not fit together: the twist is the least-squares one."))
+    for note in notes:
+        sentence(("note", "yellow"), f"  {note}.")
 
 
 def inverse(
@@ -153,8 +159,10 @@ def why_missing(
     limited = kinematics.inverse(asked, about, present)
     rounding = 1e-9 * float(np.abs(asked).max())
     if np.abs(free.residual).max() > rounding:
-        motions = "; ".join(mobility(robot).motions) or "none"
-        return f"This robot cannot have that twist. Its wheels allow: {motions}."
+        can = mobility(robot)
+        idle = f" Nothing drives: {'; '.join(can.undriven)}." if can.undriven else ""
+        allowed = "; ".join(can.motions) or "none"
+        return f"This robot cannot have that twist. Its wheels allow: {allowed}.{idle}"
     over = [
         f"{wheel.name} would turn at {abs(speed):.4g} rad/s and may do {wheel.max_speed:g}"
         for wheel, speed in zip(robot.driven, free.wheel_speeds, strict=True)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 import re
+import sys
 from typing import Any
 
 import typer
@@ -65,11 +67,20 @@ class NumbersCommand(TyperCommand):
             parts = [part for part in re.split(r"[,\s]+", arg) if part] or [arg]
             if current and (fresh or all(map(_is_number, parts))):
                 spread += [item for part in parts for item in (current, _hide(part))]
-                fresh = False
+                # A list in one argument is whole; numbers after it are something else.
+                current, fresh = "" if equals or len(parts) > 1 else current, False
             else:
                 current = ""
                 spread.append(_hide(arg))
         return super().parse_args(ctx, spread + [current] * fresh)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; a reader that has seen enough, as head does, is no fault."""
+        try:
+            return super().invoke(ctx)
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise typer.Exit from None
 
 
 def _hide(arg: str) -> str:

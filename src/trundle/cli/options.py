@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -50,12 +48,6 @@ def robot_of(name: str, sizes: list[str] | None = None) -> Robot:
             raise FileError(f"--set needs SIZE=VALUE, such as radius=0.1, got {item!r}")
         changes[key.strip()] = number(value)
     return load(name, **changes)
-
-
-def did_you_mean(given: str, known: Iterable[str]) -> str:
-    """Return a question that names the nearest known word, or ""."""
-    close = difflib.get_close_matches(given, list(known), n=1)
-    return f": did you mean {close[0]!r}?" if close else ""
 
 
 def steering_of(robot: Robot, degrees: list[float] | None) -> Array | None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,7 +20,17 @@ from rich.text import Text
 from trundle.errors import FileError
 from trundle.se2 import Array
 
-out = Console(highlight=False)
+
+class _Console(Console):
+    """A console for which a reader that has seen enough, as head does, is no fault."""
+
+    def on_broken_pipe(self) -> None:
+        """End quietly."""
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        raise SystemExit(0)
+
+
+out = _Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 
 _AXES = ("u [m/s]", "v [m/s]", "r [rad/s]")

@@ -232,8 +232,6 @@ def _leave(robot: Robot, run: Run, target: Path, animation: str, quiet: bool) ->
         files.append(write_log(robot, run, target / "log.csv"))
     files.append(save(plot_eta(run), target / "eta.png"))
     files.append(save(plot_path(robot, run), target / "path.png"))
-    for stale in ("animation.gif", "animation.mp4"):
-        (target / stale).unlink(missing_ok=True)
     if animation != "none":
         with progress(quiet) as bar:
             task = bar.add_task("drawing the animation")

@@ -61,10 +61,7 @@ class Steering:
         Returns:
             The inputs, and whether (...,) all of them lie in their range.
         """
-        velocity = contact_velocities(self.robot, twist)
-        moving = np.hypot(velocity[..., 0], velocity[..., 1]) > STANDSTILL * speed[..., None]
-        # Adding 0.0 turns -0.0 into 0.0, so that straight back is +pi and standstill is 0.
-        angle = np.arctan2(velocity[..., 1] + 0.0, velocity[..., 0] + 0.0)
+        angle, moving = self._directions(twist, speed)
         if present is None:
             angle = np.where(moving, angle, 0.0)
         else:
@@ -82,12 +79,9 @@ class Steering:
         Each is the nearer of the velocity's angle and its half-turn flip to the one before, within
         its range; wheels at standstill are held, and stand at 0 before the first motion.
         """
-        velocity = contact_velocities(self.robot, twist)
-        speed = np.hypot(velocity[..., 0], velocity[..., 1])
-        moving = speed > STANDSTILL * (1.0 + self.robot.reach) * np.abs(twist).max(
-            axis=-1, keepdims=True, initial=0.0
-        )
-        asked = self._leaders(np.arctan2(velocity[..., 1] + 0.0, velocity[..., 0] + 0.0), moving)
+        speed = (1.0 + self.robot.reach) * np.abs(twist).max(axis=-1, initial=0.0)
+        angle, moving = self._directions(twist, speed)
+        asked = self._leaders(angle, moving)
         moves = self._leaders(moving.astype(np.float64), moving) != 0
         out = np.empty_like(asked)
         for j, half in enumerate(self._half_turns):
@@ -100,6 +94,14 @@ class Steering:
                     now = _inside(near, half, low, high)
                 out[k, j] = now
         return out
+
+    def _directions(self, twist: Array, speed: Array) -> tuple[Array, Mask]:
+        """Return each wheel's direction of motion (..., s), and whether it moves."""
+        velocity = contact_velocities(self.robot, twist)
+        noise = np.abs(velocity) <= STANDSTILL * speed[..., None, None]
+        # Without noise, and with -0.0 made 0.0, straight back is +pi and standstill is 0.
+        along, across = np.moveaxis(np.where(noise, 0.0, velocity) + 0.0, -1, 0)
+        return np.asarray(np.arctan2(across, along)), np.asarray(~noise.all(axis=-1))
 
     @property
     def _half_turns(self) -> Array:

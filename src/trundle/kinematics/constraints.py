@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from trundle.errors import ShapeError
+from trundle.errors import ShapeError, TrundleError
 from trundle.robot import Robot, RollingWheel, Rows, Wheel
 from trundle.se2 import Array
 
@@ -22,7 +22,10 @@ def finite(values: npt.ArrayLike, name: str, last: int | None = None) -> Array:
         ShapeError: it is not such an array, or holds values that are not finite.
     """
     try:
-        array = np.array(values, dtype=np.float64)
+        given = np.asarray(values)
+        if given.dtype.kind not in "iufO":
+            raise TypeError
+        array = np.array(given, dtype=np.float64)
     except (TypeError, ValueError):
         raise ShapeError(f"{name} must be an array of numbers, got {values!r}") from None
     if last is not None and (array.ndim == 0 or array.shape[-1] != last):
@@ -32,8 +35,34 @@ def finite(values: npt.ArrayLike, name: str, last: int | None = None) -> Array:
     if not np.isfinite(array).all():
         raise ShapeError(f"{name} must be finite numbers, got nan or inf")
     if np.abs(array).max(initial=0.0) > _LARGEST:
-        raise ShapeError(f"{name} must be numbers of this world, got {np.abs(array).max():.3g}")
+        raise ShapeError(
+            f"{name} must lie between -{_LARGEST:g} and {_LARGEST:g}, got "
+            f"{array.flat[int(np.abs(array).argmax())]:.3g}"
+        )
     return array
+
+
+def robot_of(robot: object) -> Robot:
+    """Return the robot that was given.
+
+    Raises:
+        TrundleError: it is something else, such as a name.
+    """
+    if not isinstance(robot, Robot):
+        raise TrundleError(f"a Robot is needed, such as trundle.load('omni3'), got {robot!r}")
+    return robot
+
+
+def one_steering(robot: Robot, steering: npt.ArrayLike | None) -> Array:
+    """Return the steering angles (s,) of one position.
+
+    Raises:
+        ShapeError: they are missing, or a batch.
+    """
+    angles = steering_array(robot_of(robot), steering)
+    if angles.ndim != 1:
+        raise ShapeError(f"steering must be the angles of one position, got shape {angles.shape}")
+    return angles
 
 
 def steering_array(
@@ -92,7 +121,9 @@ def rolling_matrix(robot: Robot, wheels: Sequence[Wheel], steering: Array) -> Ar
 
 def gains(wheels: Sequence[RollingWheel]) -> Array:
     """Return the diagonal of R (k,): signed rim speed along the row for one rad/s [m]."""
-    return np.array([wheel.rows(0.0, np).gain for wheel in wheels], dtype=np.float64)
+    made = np.array([wheel.rows(0.0, np).gain for wheel in wheels], dtype=np.float64)
+    made.setflags(write=False)
+    return made
 
 
 def side_slip_matrix(robot: Robot, wheels: Iterable[Wheel], steering: Array) -> Array:

@@ -11,6 +11,8 @@ import numpy.typing as npt
 from trundle.kinematics.centre import nearest_angles, off_centre_words, share_centre
 from trundle.kinematics.constraints import (
     frame,
+    one_steering,
+    robot_of,
     rolling_matrix,
     side_slip_matrix,
     steering_array,
@@ -49,6 +51,9 @@ def diagnose(robot: Robot, steering: npt.ArrayLike | None = None) -> tuple[Findi
     >>> [finding.code for finding in diagnose(load("mecanum_lecture"))]
     ['yaw_arm_cancels']
     """
+    robot_of(robot)
+    if steering is not None:
+        steering = one_steering(robot, steering)
     found = [
         *yaw_arm_cancels(robot),
         *cannot_push(robot),

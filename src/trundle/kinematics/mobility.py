@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trundle.kinematics.constraints import frame, side_slip_matrix
+from trundle.kinematics.constraints import frame, robot_of, side_slip_matrix
 from trundle.kinematics.linear import basis, null_projector
 from trundle.kinematics.maps import motion_projector, wheel_matrix
 from trundle.kinematics.steering import generic_pairs, motion_space
@@ -39,6 +39,7 @@ class Mobility:
         holonomic: the constraints can be integrated (strict test, by Lie brackets).
         controllable: every pose can be reached, and no motion is left that nothing drives.
         motions: the twists that the constraints allow, in words.
+        undriven: those among them that no driven wheel pushes.
         reasons: all of it in sentences.
     """
 
@@ -51,6 +52,7 @@ class Mobility:
     holonomic: bool
     controllable: bool
     motions: tuple[str, ...]
+    undriven: tuple[str, ...]
     reasons: tuple[str, ...]
 
 
@@ -75,7 +77,7 @@ def mobility(robot: Robot) -> Mobility:
     >>> mobility(load("tricycle")).kind
     '(1,1)'
     """
-    strict = without_skid(robot)
+    strict = without_skid(robot_of(robot))
     generic = generic_pairs(strict)
     degree = generic[0].degree if generic else 0
     steerability = generic[0].steerability if generic else 0
@@ -96,6 +98,7 @@ def mobility(robot: Robot) -> Mobility:
         holonomic=closed.shape[1] == free.shape[1],
         controllable=closed.shape[1] == 3 and rank == free.shape[1],
         motions=motions_in_words(free if not robot.steered else reachable),
+        undriven=motions_in_words(basis(allowed - can_give)),
         reasons=(),
     )
     return dataclasses.replace(found, reasons=_reasons(robot, found, free.shape[1]))
@@ -156,10 +159,15 @@ def _why_degree(robot: Robot, found: Mobility) -> list[str]:
         told.append(f"The side slip of {names} takes away {held} of the 3 motions of the plane.")
     if steered:
         names = join([repr(w.name) for w in steered])
+        change = (
+            f"steering changes which, with {found.steerability} independent "
+            f"input{'s' * (found.steerability != 1)}"
+            if found.steerability
+            else "the steering cannot be moved without losing the common centre"
+        )
         told.append(
             f"At fixed steering angles {names} leave{'s' * (len(steered) == 1)} {found.degree} "
-            f"free motion{'s' * (found.degree != 1)}; steering changes which, with "
-            f"{found.steerability} independent input{'s' * (found.steerability != 1)}."
+            f"free motion{'s' * (found.degree != 1)}; {change}."
         )
     if skids:
         told.append(
@@ -182,7 +190,9 @@ def _why_rank(found: Mobility) -> list[str]:
 
 def _why_holonomic(robot: Robot, found: Mobility, dimension: int) -> list[str]:
     told = []
-    if found.holonomic and found.rank < 3:
+    if found.degree == 3:
+        told.append("Nothing holds the robot, so there is no constraint to integrate: holonomic.")
+    elif found.holonomic and found.rank < 3:
         told.append(
             "The Lie brackets of the allowed twists give nothing new, so the constraints can be "
             "integrated: holonomic in the strict sense, though it cannot go everywhere. Here the "

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from trundle.errors import (
     OffCentreError,
+    ShapeError,
     TrundleError,
     UnobservedMotionError,
     UnobservedMotionWarning,
@@ -18,6 +19,7 @@ from trundle.kinematics.centre import off_centre_words, share_centre
 from trundle.kinematics.constraints import (
     finite,
     gains,
+    robot_of,
     rolling_matrix,
     side_slip_matrix,
     steering_array,
@@ -51,9 +53,7 @@ class Kinematics:
     """
 
     def __init__(self, robot: Robot) -> None:
-        if not isinstance(robot, Robot):
-            raise TrundleError(f"Kinematics needs a Robot, such as load('omni3'), got {robot!r}")
-        self.robot = robot
+        self.robot = robot_of(robot)
         self._gains = gains(robot.driven)
         if not robot.steered:
             none = np.zeros(0)
@@ -62,7 +62,7 @@ class Kinematics:
             self._estimator, self._unobserved = estimator(robot, robot.driven, none)
 
     def __repr__(self) -> str:
-        """Return the call that makes it."""
+        """Return the robot's name and how many wheels drive it."""
         return f"Kinematics({self.robot.name!r}: {len(self.robot.driven)} driven wheels)"
 
     @cached_property
@@ -126,7 +126,7 @@ class Kinematics:
         is measured with error. Warns where the wheels do not observe every motion.
         """
         speeds = finite(wheel_speeds, "wheel_speeds", len(self.robot.driven))
-        to_twist, unobserved = self._estimate(steering, speeds.shape[:-1])
+        twist, unobserved = self._estimate(speeds, steering)
         blind = np.trace(unobserved, axis1=-2, axis2=-1) > 0.5
         if blind.any():
             first = unobserved[tuple(np.argwhere(blind)[0])]
@@ -136,7 +136,7 @@ class Kinematics:
                 UnobservedMotionWarning,
                 stacklevel=2,
             )
-        return np.asarray((to_twist @ speeds[..., None])[..., 0])
+        return twist
 
     def residual(self, wheel_speeds: npt.ArrayLike, steering: npt.ArrayLike | None = None) -> Array:
         """Return the mismatch (..., n) [m/s] of each wheel with the twist that fits best.
@@ -145,10 +145,11 @@ class Kinematics:
         the wheel is held (a Swedish wheel's roller axis): zero where all wheels agree; slip, or a
         broken encoder, where not.
         """
-        twist = self.forward(wheel_speeds, steering)
+        speeds = finite(wheel_speeds, "wheel_speeds", len(self.robot.driven))
+        twist, _ = self._estimate(speeds, steering)
         angles = steering_array(self.robot, steering)
         rolling = rolling_matrix(self.robot, self.robot.driven, angles)
-        rim = self._gains * np.asarray(wheel_speeds, dtype=np.float64)
+        rim = self._gains * speeds
         return np.asarray(rim - (rolling @ twist[..., None])[..., 0])
 
     def odometry_matrix(self, steering: npt.ArrayLike | None = None) -> Array:
@@ -186,13 +187,14 @@ class Kinematics:
         rim = (rolling @ twist[..., None])[..., 0]
         return np.asarray(rim / gains(wheels))
 
-    def _estimate(
-        self, steering: npt.ArrayLike | None, batch: tuple[int, ...]
-    ) -> tuple[Array, Array]:
-        angles = steering_array(self.robot, steering, batch)
-        if not self.robot.steered:
-            return self._estimator, self._unobserved
-        return estimator(self.robot, self.robot.driven, angles)
+    def _estimate(self, speeds: Array, steering: npt.ArrayLike | None) -> tuple[Array, Array]:
+        """Return the twist and the projector onto the motions that are not observed."""
+        angles = steering_array(self.robot, steering, speeds.shape[:-1])
+        if self.robot.steered:
+            to_twist, unobserved = estimator(self.robot, self.robot.driven, angles)
+        else:
+            to_twist, unobserved = self._estimator, self._unobserved
+        return np.asarray((to_twist @ speeds[..., None])[..., 0]), unobserved
 
     def inverse(
         self,
@@ -239,7 +241,10 @@ class Kinematics:
         >>> kin.steady_steering([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]).tolist()
         [[0.0], [0.0], [0.0]]
         """
-        return self._solver.follow(finite(twist, "twist", 3))
+        along = finite(twist, "twist", 3)
+        if along.ndim != 2:
+            raise ShapeError(f"twist must have shape (T, 3), got {along.shape}")
+        return self._solver.follow(along)
 
     def left_inverse(self, steering: npt.ArrayLike | None = None) -> Array:
         """Return (W^T W)^-1 W^T (..., n, 3), the lectures' inverse for fewer than 3 wheels.

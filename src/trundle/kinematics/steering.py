@@ -18,7 +18,7 @@ from trundle.se2 import Array, point_twist
 
 _SEED = 1996  # any fixed seed: generic points are found the same way at every call
 _SAMPLES = 12  # consistent pairs looked at; a space of twists has at most 3 dimensions
-_NEWTON_STEPS = 40
+_NEWTON_STEPS = 80  # half a digit each where two solutions fall together
 # Newton's method ends at rounding: rows have coefficients near 1 and twists have norm 1.
 _CONSISTENT = 1e-11
 # What Newton's method leaves lies far below this, a true rank far above.
@@ -47,6 +47,10 @@ def contact_velocities(robot: Robot, twist: Array) -> Array:
         out[..., i, 0] = c * velocity[..., 0] + s * velocity[..., 1]
         out[..., i, 1] = -s * velocity[..., 0] + c * velocity[..., 1]
     return out
+
+
+# How far inputs are moved to see whether they can [rad].
+_NUDGE = 1e-3
 
 
 class Generic(NamedTuple):
@@ -84,7 +88,10 @@ def generic_pairs(robot: Robot) -> list[Generic]:
         pair = settle(robot, coupling, inputs, twist)
         if pair is not None:
             found.append(_classify(robot, coupling, *pair))
-    return sorted(found, key=lambda each: -each.steerability)
+    # Of isolated positions the one nearest to straight comes first.
+    return sorted(
+        found, key=lambda each: (-each.steerability, float(np.abs(np.sin(each.steering)).max()))
+    )
 
 
 def _derivative(robot: Robot, coupling: Array, inputs: Array, twist: Array) -> tuple[Array, Array]:
@@ -111,9 +118,10 @@ def settle(
         twist = twist / size
         rows, by_input = _derivative(robot, coupling, inputs, twist)
         miss = rows @ twist
-        if np.abs(miss).max(initial=0.0) < _CONSISTENT:
-            return inputs, twist
         step, *_ = np.linalg.lstsq(np.hstack([by_input, rows @ here]), -miss, rcond=RANK_TOLERANCE)
+        # Where two solutions fall together the miss vanishes before the angles are right.
+        if max(np.abs(miss).max(initial=0.0), np.abs(step).max(initial=0.0)) < _CONSISTENT:
+            return inputs, twist
         inputs, twist = inputs + step[: len(inputs)], twist + here @ step[len(inputs) :]
     return None
 
@@ -121,10 +129,32 @@ def settle(
 def _classify(robot: Robot, coupling: Array, inputs: Array, twist: Array) -> Generic:
     rows, by_input = _derivative(robot, coupling, inputs, twist)
     rows = rows @ frame(robot)
-    held = _rank(rows)
-    both = _rank(np.hstack([by_input, rows]))
-    degree = 3 - held
-    return Generic(coupling @ inputs, twist, degree, len(inputs) + 3 - both - degree)
+    both = np.hstack([by_input, rows])
+    degree = 3 - _rank(rows)
+    steerability = len(inputs) + 3 - _rank(both) - degree
+    if steerability and len(inputs) < len(coupling):
+        steerability = _movable(robot, coupling, inputs, twist, both)
+    return Generic(coupling @ inputs, twist, degree, steerability)
+
+
+def _movable(robot: Robot, coupling: Array, inputs: Array, twist: Array, both: Array) -> int:
+    """Return in how many directions linked inputs can really move from a consistent pair.
+
+    To first order an isolated position may look movable; Newton's method then leads back to it.
+    """
+    free = np.linalg.svd(both)[2][_rank(both) :]
+    left, size, _ = np.linalg.svd(free[:, : len(inputs)])
+    moved = []
+    for j in np.flatnonzero(size > _FOUND):
+        step = _NUDGE * (left[:, j] @ free) / size[j]
+        pair = settle(
+            robot,
+            coupling,
+            inputs + step[: len(inputs)],
+            twist + frame(robot) @ step[len(inputs) :],
+        )
+        moved.append(inputs * 0 if pair is None else (pair[0] - inputs) / _NUDGE)
+    return int(np.linalg.matrix_rank(np.array(moved), tol=0.5)) if moved else 0
 
 
 def _rank(rows: Array) -> int:
@@ -142,7 +172,8 @@ def motion_space(robot: Robot) -> tuple[Array, bool]:
     best = pairs[0]
     twists = []
     here = frame(robot)
-    for pair in pairs:
+    # Where the steering cannot move, other positions cannot be reached from the first.
+    for pair in pairs if best.steerability else pairs[:1]:
         if (pair.degree, pair.steerability) == (best.degree, best.steerability):
             rows = side_slip_matrix(robot, robot.wheels, pair.steering)
             # In the frame the projector's columns span the null space at one scale.

@@ -42,6 +42,7 @@ def dead_reckon(
     >>> dead_reckon(load("differential", radius=0.02, track=0.4), quarter).shape
     (11, 3)
     """
+    kinematics = Kinematics(robot)
     names = ", ".join(wheel.name for wheel in robot.sensed) or "no wheel"
     increments = finite(wheel_increments, "wheel_increments")
     if increments.ndim != 2 or increments.shape[1] != len(robot.sensed):
@@ -59,5 +60,5 @@ def dead_reckon(
             f"steering must have shape (s,), or one row for each of the {len(increments)} rows of "
             f"wheel_increments, got shape {angles.shape}"
         )
-    to_increment = Kinematics(robot).odometry_matrix(angles)
+    to_increment = kinematics.odometry_matrix(angles)
     return chain((to_increment @ increments[..., None])[..., 0], start)

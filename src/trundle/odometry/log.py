@@ -32,7 +32,8 @@ READINGS: dict[str, str] = {
 _RUNNING = ("counts", "angle")
 _RATES = ("speed", "rpm")
 SKIP = "-"
-# Half the range of a 16-bit counter: more in one row is rather a wrap-around than a motion.
+# Half the range of a 16-bit counter: more in one row, and never out of that range, is rather a
+# wrap-around than a motion.
 _LEAP = 2.0**15
 
 
@@ -216,8 +217,9 @@ def _unwrapped(rows: _Rows, name: str, counts: Array, bits: int | None) -> Array
     """Return how far a running counter moved between the rows, wrap-around taken out."""
     moved = np.diff(counts)
     if bits is None:
-        far = int(np.argmax(np.abs(moved))) if len(moved) else 0
-        if len(moved) and abs(moved[far]) > _LEAP:
+        far = int(np.argmax(np.abs(moved)))
+        small = counts.min() >= -_LEAP and counts.max() < 2 * _LEAP
+        if small and abs(moved[far]) > _LEAP:
             raise FileError(
                 f"{rows.path}: line {rows.first_line + far + 1}, column {name!r}: the counter "
                 f"leaps by {moved[far]:.0f} ticks in one row; say counter_bits=16 "

@@ -6,14 +6,13 @@ Lengths are full sizes in metres: ``wheelbase`` between the front and the rear c
 
 from __future__ import annotations
 
-import difflib
 import inspect
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from math import cos, pi, radians, sin
 
 import numpy as np
 
-from trundle.errors import RobotError
+from trundle.errors import RobotError, did_you_mean
 from trundle.robot.quantity import Quantity
 from trundle.robot.robot import Body, Robot
 from trundle.robot.wheels import (
@@ -362,7 +361,7 @@ def from_catalog(name: str, **sizes: object) -> Robot:
     if strangers := [size for size in sizes if size not in known]:
         raise RobotError(
             [
-                f"no size {size!r}; it has {', '.join(known)}{_nearest(size, known)}"
+                f"no size {size!r}; it has {', '.join(known)}{did_you_mean(size, known)}"
                 for size in strangers
             ],
             f"catalogue robot {name!r}",
@@ -376,11 +375,6 @@ def from_catalog(name: str, **sizes: object) -> Robot:
     if faults:
         raise RobotError(faults, f"catalogue robot {name!r}")
     return make(**sizes)
-
-
-def _nearest(size: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(size, list(known), n=1)
-    return f": did you mean {close[0]!r}?" if close else ""
 
 
 # Sizes that are lists, and the shape of their items.

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import json
 import re
 import tomllib
 from pathlib import Path
 from typing import Any
 
-from trundle.errors import FileError, RobotError
+from trundle.errors import FileError, RobotError, did_you_mean
 from trundle.robot.catalog import CATALOG, from_catalog
 from trundle.robot.quantity import exact_degrees, key
 from trundle.robot.reading import robot_from_dict
@@ -38,8 +37,7 @@ def load(name_or_path: str | Path, **sizes: Any) -> Robot:
         return from_catalog(text, **sizes)
     path = Path(name_or_path)
     if path.name == text and path.suffix != ".toml" and not _is_there(path):
-        close = difflib.get_close_matches(text, CATALOG, n=1)
-        hint = f": did you mean {close[0]!r}?" if close else "."
+        hint = did_you_mean(text, CATALOG) or "."
         raise FileError(
             f"no robot {text!r}{hint} Give the path of a TOML file or one of {', '.join(CATALOG)}."
         )

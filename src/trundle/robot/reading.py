@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from trundle.errors import RobotError
+from trundle.errors import RobotError, did_you_mean
 from trundle.robot.quantity import key
 from trundle.robot.robot import Body, Robot, repeated_names
 from trundle.robot.wheels import Encoder, Wheel
@@ -87,7 +87,7 @@ def _wheel(table: object, number: int, faults: list[str]) -> Wheel | None:
     if not isinstance(kind, str) or kind not in CLASSES:
         got = "it is missing" if kind is None else f"got {kind!r}"
         close = difflib.get_close_matches(str(kind).lower(), CLASSES, n=1)
-        hint = f": did you mean {close[0]!r}?" if close else ""
+        hint = did_you_mean(str(kind).lower(), CLASSES)
         faults.append(f"{where}: kind must be one of {', '.join(CLASSES)}; {got}{hint}")
         if not close:
             return None
@@ -170,9 +170,8 @@ def _unknown(name: object, known: tuple[str, ...], kind: str | None = None) -> s
     name = str(name)
     owners = [k for k, cls in CLASSES.items() if name in fields_by_key(cls)] if kind else []
     if owners:
-        return f"key {name!r} does not belong to a {kind} wheel, only to {', '.join(owners)}"
-    close = difflib.get_close_matches(name.split(".")[-1], known, n=1)
-    hint = f": did you mean {close[0]!r}?" if close else f": it may have {', '.join(known)}"
+        return f"key {name!r} does not belong to {kind} wheels, only to {', '.join(owners)}"
+    hint = did_you_mean(name.split(".")[-1], known) or f": it may have {', '.join(known)}"
     return f"unknown key {name!r}{hint}"
 
 

@@ -245,7 +245,7 @@ class SteeredWheel(RollingWheel):
         low, high = self.steering_range
         if low > high:
             faults.append(
-                f"steering_min must not exceed steering_max, got {math.degrees(low):g} "
+                f"steering_min must not exceed the largest angle, got {math.degrees(low):g} "
                 f"and {math.degrees(high):g} deg"
             )
         if self.steering_group is None and self.steering_ratio != 1:

@@ -109,8 +109,10 @@ class Run:
             return reader(path)
         except OSError as error:
             raise FileError(f"{path}: cannot be read: {error.strerror or error}") from None
-        except (ValueError, KeyError, IndexError, OverflowError, EOFError, *_BROKEN) as error:
-            raise FileError(f"{path}: this is not a run that trundle wrote: {error}") from None
+        except (ValueError, KeyError, IndexError, OverflowError, EOFError, *_BROKEN):
+            raise FileError(
+                f"{path}: this is not a run that trundle wrote, or not all of it"
+            ) from None
 
 
 def _blocks(run: Run) -> list[tuple[str, tuple[str, ...], Array]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from PIL import Image
 
 from trundle.errors import FileError
-from trundle.view.files import unwritable
+from trundle.view.files import replacing
 
 _COLOURS = 96
 _NEARLY_WHITE = 250
@@ -31,13 +31,11 @@ def write_gif(
     entries = palette.getpalette() or []
     palette.putpalette([255 if each >= _NEARLY_WHITE else each for each in entries])
     indexed = (f.quantize(palette=palette, dither=Image.Dither.NONE) for f in frames)
-    try:
+    with replacing(target) as partial, partial.open("wb") as file:
         next(indexed).save(
-            target, format="GIF", save_all=True, append_images=indexed, optimize=False,
+            file, format="GIF", save_all=True, append_images=indexed, optimize=False,
             duration=round(1000 * delay), loop=0, disposal=1,
         )  # fmt: skip
-    except OSError as error:
-        raise unwritable(target, error) from None
 
 
 def write_mp4(target: Path, frames: Iterator[Image.Image], delay: float) -> None:
@@ -52,12 +50,19 @@ def write_mp4(target: Path, frames: Iterator[Image.Image], delay: float) -> None
             f"{target}: MP4 needs the program ffmpeg, which is not installed; "
             "install it (https://ffmpeg.org), or write a .gif"
         )
+    with replacing(target) as partial:
+        _run_ffmpeg(program, frames, delay, target, partial)
+
+
+def _run_ffmpeg(
+    program: str, frames: Iterator[Image.Image], delay: float, target: Path, partial: Path
+) -> None:
     first = next(frames)
     command = [
         program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
         "-s", f"{first.width}x{first.height}", "-r", f"{1 / delay:.6g}", "-i", "-",
         "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p",
-        "-movflags", "+faststart", str(target.resolve()),
+        "-movflags", "+faststart", str(partial.resolve()),
     ]  # fmt: skip
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE

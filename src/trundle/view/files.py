@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -57,3 +59,20 @@ def target_of(path: str | Path, endings: tuple[str, ...], what: str) -> Path:
 def unwritable(target: Path, error: OSError) -> FileError:
     """Return the error for a file that cannot be written."""
     return FileError(f"{target}: cannot be written: {error.strerror or error}")
+
+
+@contextmanager
+def replacing(target: Path) -> Iterator[Path]:
+    """Give a path beside the target to write to; only a whole file takes the target's place.
+
+    Raises:
+        FileError: it cannot be written.
+    """
+    partial = target.with_name(f".{target.stem}.partial{target.suffix}")
+    try:
+        yield partial
+        partial.replace(target)
+    except OSError as error:
+        raise unwritable(target, error) from None
+    finally:
+        partial.unlink(missing_ok=True)

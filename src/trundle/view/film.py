@@ -88,14 +88,10 @@ def animate(
     chosen = pace(run, fps, seconds, _GIF_TICK if is_gif else 0.0)
     stage = Stage(robot, run, at_times(robot, run, chosen.times), chosen.speed)
     frames = _counted(stage.frames(), len(chosen.times), progress)
-    try:
-        if is_gif:
-            write_gif(target, frames, chosen.delay, stage.sample())
-        else:
-            write_mp4(target, frames, chosen.delay)
-    except KeyboardInterrupt:  # a file that was half written cannot be opened
-        target.unlink(missing_ok=True)
-        raise
+    if is_gif:
+        write_gif(target, frames, chosen.delay, stage.sample())
+    else:
+        write_mp4(target, frames, chosen.delay)
     return target
 
 

@@ -38,7 +38,7 @@ def radius_of(wheel: Wheel, reach: float) -> float:
 def width_of(wheel: Wheel, reach: float) -> float:
     """Return the width [m] with which a wheel is drawn."""
     radius = radius_of(wheel, reach)
-    return 2 * radius if wheel.kind == "ball" else _WIDTH[wheel.kind] * radius
+    return 2 * radius if wheel.kind == "ball" else _WIDTH.get(wheel.kind, 0.6) * radius
 
 
 def rectangle(length: float, width: float) -> Array:

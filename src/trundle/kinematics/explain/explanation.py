@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy.typing as npt
 
-from trundle.kinematics.constraints import steering_array, wheel_rows
+from trundle.kinematics.constraints import one_steering, wheel_rows
 from trundle.kinematics.explain.constraint_words import constraint_words, motions_left
 from trundle.kinematics.explain.matrix_words import matrix_words
 from trundle.kinematics.explain.wheel_words import wheel_words
@@ -59,7 +59,7 @@ def explain(robot: Robot, steering: npt.ArrayLike | None = None) -> Explanation:
     >>> explain(load("differential")).matrix[0]
     'u = 0.025 (left + right): forward speed is the mean of the rim speeds.'
     """
-    angles = steering_array(robot, steering)
+    angles = one_steering(robot, steering)
     Kinematics(robot).wheel_matrix(steering)  # raises where the angles share no centre
     rows = wheel_rows(robot, angles)
     names = [wheel.name for wheel in robot.steered]
