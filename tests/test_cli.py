@@ -321,3 +321,20 @@ def test_every_digit_of_w_is_shown_however_narrow(capsys, monkeypatch):
     assert run(["show", "mecanum"]) == 0
     shown = capsys.readouterr().out
     assert shown.count("0.0357143") == 4
+
+
+def test_every_command_leaves_its_files_in_the_folder(trundle, tmp_path):
+    matrix = tmp_path / "matrix.csv"
+    matrix.write_text("1,2,3\n4,5,6\n7,8,9\n")
+    for args, names in (
+        (("catalog",), {f"{name}.png" for name in CATALOG}),
+        (("inverse", "ackermann", 1, 0, 0.25), {"layout.png"}),
+        (("forward", "tricycle", 2, "--steering-deg", -30), {"layout.png"}),
+        (("check", "omni3", matrix), {"ours.csv"}),
+        (("init", "mine.toml"), {"mine.toml"}),
+        (("show", "swerve"), {"layout.png", "reachable.png"}),
+    ):
+        out = tmp_path / args[0]
+        code, _, err = trundle(*args, "--out", out)
+        assert (code, err) == (0, "")
+        assert {path.name for path in out.iterdir()} == names

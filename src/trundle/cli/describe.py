@@ -34,6 +34,7 @@ from trundle.kinematics import (
     mobility,
     read_matrix,
 )
+from trundle.odometry import write_columns
 from trundle.robot import Robot, RollingWheel, Wheel
 from trundle.se2 import Array, wrap
 
@@ -212,6 +213,7 @@ def check(
     matrix_file: MatrixFile,
     steering_deg: options.SteeringDeg = None,
     sizes: options.Sizes = None,
+    out_dir: options.Out = None,
     as_json: options.Json = False,
 ) -> None:
     """Compare a matrix from elsewhere with this robot's, and name the difference in words.
@@ -225,7 +227,12 @@ def check(
     if angles is None and made.steered:
         angles = consistent_angles(made)
     pasted = read_matrix(matrix_file)
+    target = folder(out_dir)
     found = compare_matrix(made, pasted, angles)
+    files = []
+    if target:
+        columns = {f"column_{j + 1}": column for j, column in enumerate(found.ours.T)}
+        files.append(write_columns(target / "ours.csv", columns))
     if as_json:
         print_json(
             {
@@ -236,6 +243,7 @@ def check(
                 "findings": [{"code": f.code, "message": f.message} for f in found.findings],
                 "largest_difference": found.largest_difference,
                 "ours": found.ours,
+                "files": files,
             }
         )
         return
@@ -250,3 +258,4 @@ def check(
         sentence((each.code, "yellow"), f"  {each.message}")
     heading(f"trundle's {found.form} matrix in that form, wheels {', '.join(found.order)}")
     table([""] * found.ours.shape[1], [[figure(v) for v in row] for row in found.ours], left=0)
+    told_files(files)

@@ -11,7 +11,7 @@ import typer
 from rich.text import Text
 
 from trundle.cli import options
-from trundle.cli.output import out, print_json, table
+from trundle.cli.output import folder, out, print_json, progress, table, told_files
 from trundle.errors import FileError, did_you_mean
 from trundle.kinematics import mobility
 from trundle.robot import CATALOG, json_schema, load, save, to_toml
@@ -19,11 +19,12 @@ from trundle.robot import CATALOG, json_schema, load, save, to_toml
 _SCHEMA = "robot.schema.json"
 
 
-def catalog(as_json: options.Json = False) -> None:
-    """List the robots of the catalogue.
+def catalog(out_dir: options.Out = None, as_json: options.Json = False) -> None:
+    """List the robots of the catalogue; --out leaves a picture of each.
 
     Example: `trundle catalog`
     """
+    files = _draw_all(folder(out_dir), as_json)
     if as_json:
         print_json(list(CATALOG))
         return
@@ -38,6 +39,19 @@ def catalog(as_json: options.Json = False) -> None:
     table(["name", "class", "what it is [sizes, changed with --set]"], rows, left=3)
     out.print()
     out.print(Text("trundle show NAME explains a robot; trundle init --like NAME copies it."))
+    told_files(files)
+
+
+def _draw_all(target: Path | None, quiet: bool) -> list[Path]:
+    if target is None:
+        return []
+    from trundle.view import plot_layout, save
+
+    with progress(quiet) as bar:
+        return [
+            save(plot_layout(load(name)), target / f"{name}.png")
+            for name in bar.track(CATALOG, description="drawing the robots")
+        ]
 
 
 def init(
@@ -52,12 +66,15 @@ def init(
     schema: Annotated[
         bool, typer.Option("--schema", help=f"Write {_SCHEMA} beside it, for editors.")
     ] = False,
+    out_dir: options.Out = None,
     as_json: options.Json = False,
 ) -> None:
     """Write a robot file to start from.
 
     Example: `trundle init my_robot.toml --like mecanum --set track=0.25 --schema`
     """
+    target = folder(out_dir)
+    path = target / path if target else path
     if like not in CATALOG:
         raise FileError(
             f"--like takes a catalogue name: {', '.join(CATALOG)}; got {like!r}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -15,17 +16,19 @@ from trundle.cli import options
 from trundle.cli.numbers import number
 from trundle.cli.output import (
     figure,
+    folder,
     heading,
     out,
     print_json,
     sentence,
     table,
+    told_files,
     twist,
 )
 from trundle.errors import TrundleError
 from trundle.kinematics import Kinematics, mobility
 from trundle.robot import Robot
-from trundle.se2 import Array
+from trundle.se2 import Array, point_twist
 
 _RPM = 60 / math.tau
 
@@ -38,6 +41,7 @@ def forward(
     ],
     steering_deg: options.SteeringDeg = None,
     sizes: options.Sizes = None,
+    out_dir: options.Out = None,
     as_json: options.Json = False,
 ) -> None:
     """Give the twist that wheel speeds make, and how far the wheels disagree.
@@ -63,8 +67,9 @@ def forward(
         given = kinematics.forward(wheel_speeds, angles)
     residual = kinematics.residual(wheel_speeds, angles)
     notes = [str(warning.message) for warning in told]
+    files = _picture(made, angles, given, out_dir)
     if as_json:
-        print_json({"twist": given, "residual": residual, "notes": notes})
+        print_json({"twist": given, "residual": residual, "notes": notes, "files": files})
         return
     twist(("twist", given))
     heading("Wheels")
@@ -77,6 +82,7 @@ def forward(
         out.print(Text("These speeds do not fit together: the twist is the least-squares one."))
     for note in notes:
         sentence(("note", "yellow"), f"  {note}.")
+    told_files(files)
 
 
 def inverse(
@@ -103,6 +109,7 @@ def inverse(
         bool, typer.Option("--limit/--no-limit", help="Keep the wheels' limits.")
     ] = True,
     sizes: options.Sizes = None,
+    out_dir: options.Out = None,
     as_json: options.Json = False,
 ) -> None:
     """Give wheel speeds (and steering angles) for a twist.
@@ -115,6 +122,8 @@ def inverse(
     at = [number(value) for value in about]
     found = Kinematics(made).inverse(asked, at, present, strict, limit)
     rpm = found.wheel_speeds * _RPM
+    steered_to = found.steering if made.steered else None
+    files = _picture(made, steered_to, point_twist(found.twist, [-each for each in at]), out_dir)
     if as_json:
         print_json(
             {
@@ -125,6 +134,7 @@ def inverse(
                 "twist": found.twist,
                 "driven": [wheel.name for wheel in made.driven],
                 "steered": [wheel.name for wheel in made.steered],
+                "files": files,
             }
         )
         return
@@ -148,6 +158,17 @@ def inverse(
     twist(("asked", asked), ("given", found.twist), ("missing", found.residual))
     if np.abs(found.residual).max() > 0:
         sentence(why_missing(made, asked, at, present))
+    told_files(files)
+
+
+def _picture(robot: Robot, steering: Array | None, moving: Array, out: Path | None) -> list[Path]:
+    """Leave the robot from above with its instantaneous centre, where a folder is given."""
+    target = folder(out)
+    if target is None:
+        return []
+    from trundle.view import plot_layout, save
+
+    return [save(plot_layout(robot, steering, moving), target / "layout.png")]
 
 
 def why_missing(
