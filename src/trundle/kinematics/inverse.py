@@ -103,7 +103,9 @@ class InverseSolver:
             speeds, near = scale * speeds, scale * near
         given = near @ to_point.T
         residual = asked - given
-        residual[np.abs(residual) <= STANDSTILL * np.abs(asked).max(axis=-1, keepdims=True)] = 0.0
+        rounding = STANDSTILL * np.abs(asked).max(axis=-1, keepdims=True, initial=0.0)
+        given = np.where(np.abs(given) <= rounding, 0.0, given)
+        residual = np.where(np.abs(residual) <= rounding, 0.0, residual)
         if strict:
             self._check(asked, residual, limit)
         return Inverse(speeds, angles, given, residual)
