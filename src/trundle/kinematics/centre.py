@@ -47,7 +47,12 @@ def nearest_angles(robot: Robot, steering: Array) -> Array | None:
 
 
 def consistent_angles(robot: Robot) -> Array | None:
-    """Return steering angles (s,) at or nearest to zero that share a centre, or None."""
+    """Return steering angles (s,) [rad] at or nearest to zero that share a centre, or None.
+
+    >>> from trundle import load
+    >>> consistent_angles(load("ackermann")).tolist()
+    [0.0, 0.0]
+    """
     zero = np.zeros(len(robot.steered))
     return zero if share_centre(robot, zero) else nearest_angles(robot, zero)
 

@@ -110,6 +110,11 @@ class Kinematics:
 
         ``A zeta = R omega`` for the driven wheels, and ``C zeta = 0`` for all wheels that resist
         side slip, in the order of the wheels.
+
+        >>> from trundle import load
+        >>> A, R, C = Kinematics(load("differential", radius=0.05, track=0.4)).constraints()
+        >>> A.tolist(), R.tolist()
+        ([[1.0, 0.0, -0.2], [1.0, 0.0, 0.2]], [0.05, 0.05])
         """
         angles = steering_array(self.robot, steering)
         return (
@@ -124,6 +129,10 @@ class Kinematics:
         Least squares in rim speeds [m/s], with the rows as they stand in A and R. Fixed wheels'
         side-slip rows hold exactly; a steered wheel's rows enter with weight 1, since its angle
         is measured with error. Warns where the wheels do not observe every motion.
+
+        >>> from trundle import load
+        >>> round(float(Kinematics(load("omni3")).forward([0.5, 0.5, 0.5])[2]), 6)
+        0.333333
         """
         speeds = finite(wheel_speeds, "wheel_speeds", len(self.robot.driven))
         twist, unobserved = self._estimate(speeds, steering)
@@ -144,6 +153,11 @@ class Kinematics:
         ``R omega - A zeta`` with zeta from ``forward``, rim speeds along the direction in which
         the wheel is held (a Swedish wheel's roller axis): zero where all wheels agree; slip, or a
         broken encoder, where not.
+
+        >>> from trundle import load
+        >>> kin = Kinematics(load("skid_steer", radius=0.1))
+        >>> (kin.residual([1.0, 1.0, 1.0, 2.0]).round(6) + 0.0).tolist()  # rear_right is too fast
+        [0.0, -0.05, 0.0, 0.05]
         """
         speeds = finite(wheel_speeds, "wheel_speeds", len(self.robot.driven))
         twist, _ = self._estimate(speeds, steering)
@@ -159,6 +173,10 @@ class Kinematics:
 
         Raises:
             UnobservedMotionError: too few wheels are sensed; the unobserved motion is named.
+
+        >>> from trundle import load
+        >>> Kinematics(load("mixed")).odometry_matrix().shape  # two driven and two dead wheels
+        (3, 4)
         """
         angles = steering_array(self.robot, steering)
         to_increment, unobserved = estimator(self.robot, self.robot.sensed, angles)
@@ -179,6 +197,10 @@ class Kinematics:
         """Return how fast the driven (or the sensed) wheels roll along at a twist [rad/s].
 
         ``R^-1 A zeta``, whether or not the twist is feasible: (..., 3) gives (..., n).
+
+        >>> from trundle import load
+        >>> Kinematics(load("differential", radius=0.05)).rolling_speeds([0.1, 0.0, 0.0]).tolist()
+        [2.0, 2.0]
         """
         twist = finite(twist, "twist", 3)
         angles = steering_array(self.robot, steering, twist.shape[:-1])
@@ -251,6 +273,11 @@ class Kinematics:
 
         Raises:
             TrundleError: W^T W is singular: the columns of W are not independent.
+
+        >>> from trundle import load
+        >>> kin = Kinematics(load("differential"))
+        >>> bool(np.allclose(kin.left_inverse() @ kin.W, np.eye(2)))
+        True
         """
         W = self.wheel_matrix(steering)
         rank, n = np.linalg.matrix_rank(W, tol=RANK_TOLERANCE).min(), W.shape[-1]
@@ -266,6 +293,10 @@ class Kinematics:
 
         Raises:
             TrundleError: W W^T is singular: the wheels do not give every twist.
+
+        >>> from trundle import load
+        >>> Kinematics(load("mecanum")).right_inverse().shape
+        (4, 3)
         """
         W = self.wheel_matrix(steering)
         rank = np.linalg.matrix_rank(W, tol=RANK_TOLERANCE).min()

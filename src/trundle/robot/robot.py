@@ -16,7 +16,11 @@ from trundle.robot.wheels import RollingWheel, SteeredWheel, Wheel
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """The rectangle that pictures draw, centred at (x, y) of the body frame."""
+    """The rectangle that pictures draw, centred at (x, y) of the body frame.
+
+    >>> Body(length=0.5, width=0.4).x
+    0.0
+    """
 
     length: float = quantity("m", positive=True, help="extent along the body's x axis")
     width: float = quantity("m", positive=True, help="extent along the body's y axis")

@@ -73,6 +73,12 @@ def replay(robot: Robot, log: Log, pose: npt.ArrayLike = (0.0, 0.0, 0.0)) -> Run
 
     Raises:
         UnobservedMotionError: too few wheels are sensed; the unobserved motion is named.
+
+    >>> from trundle import load
+    >>> log = Log(time=None, wheel_increments=np.ones((3, 2)), steering=None, truth=None)
+    >>> run = replay(load("differential", radius=0.05), log)
+    >>> round(float(run.pose[-1, 0]), 9)
+    0.15
     """
     t = np.arange(len(log.wheel_increments) + 1, dtype=np.float64)
     if log.time is not None and (np.diff(log.time) > 0).all():
