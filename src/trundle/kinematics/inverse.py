@@ -15,7 +15,7 @@ from trundle.kinematics.linear import pseudo_inverse
 from trundle.kinematics.maps import wheel_matrix
 from trundle.kinematics.steering import motion_space
 from trundle.robot import Robot
-from trundle.se2 import Array
+from trundle.se2 import Array, point_twist
 
 # A twist that is met to nine digits is met.
 _MET = 1e-9
@@ -43,10 +43,8 @@ def shift(about: npt.ArrayLike) -> tuple[Array, Array]:
     point = finite(about, "about", 2)
     if point.ndim != 1:
         raise ShapeError(f"about must be one point (x, y), got shape {point.shape}")
-    x, y = point
-    to_origin = np.array([[1.0, 0.0, y], [0.0, 1.0, -x], [0.0, 0.0, 1.0]])
-    to_point = np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [0.0, 0.0, 1.0]])
-    return to_origin, to_point
+    basis = np.eye(3)
+    return point_twist(basis, -point).T, point_twist(basis, point).T
 
 
 class InverseSolver:

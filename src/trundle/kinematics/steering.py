@@ -14,7 +14,7 @@ import numpy as np
 from trundle.kinematics.constraints import frame, rolling_matrix, side_slip_matrix
 from trundle.kinematics.linear import RANK_TOLERANCE, null_projector
 from trundle.robot import Robot
-from trundle.se2 import Array, point_twist
+from trundle.se2 import Array
 
 _SEED = 1996  # any fixed seed: generic points are found the same way at every call
 _SAMPLES = 12  # consistent pairs looked at; a space of twists has at most 3 dimensions
@@ -40,13 +40,10 @@ def contact_velocities(robot: Robot, twist: Array) -> Array:
 
     The first component lies along the wheel's drive direction at steering angle 0.
     """
-    out = np.empty((*twist.shape[:-1], len(robot.steered), 2))
-    for i, wheel in enumerate(robot.steered):
-        velocity = point_twist(twist, (wheel.x, wheel.y))
-        c, s = np.cos(wheel.heading), np.sin(wheel.heading)
-        out[..., i, 0] = c * velocity[..., 0] + s * velocity[..., 1]
-        out[..., i, 1] = -s * velocity[..., 0] + c * velocity[..., 1]
-    return out
+    straight = np.zeros(len(robot.steered))
+    along = rolling_matrix(robot, robot.steered, straight)
+    across = side_slip_matrix(robot, robot.steered, straight)
+    return np.stack([twist @ along.T, twist @ across.T], axis=-1)
 
 
 # How far inputs are moved to see whether they can [rad].
@@ -111,6 +108,7 @@ def settle(
 ) -> tuple[Array, Array] | None:
     """Return a consistent pair near the given one, by Newton's method, or None."""
     here = frame(robot)
+    consistent = False
     for _ in range(_NEWTON_STEPS):
         size = float(np.linalg.norm(np.linalg.solve(here, twist)))
         if size < RANK_TOLERANCE:
@@ -118,12 +116,13 @@ def settle(
         twist = twist / size
         rows, by_input = _derivative(robot, coupling, inputs, twist)
         miss = rows @ twist
+        consistent = bool(np.abs(miss).max(initial=0.0) < _CONSISTENT)
         step, *_ = np.linalg.lstsq(np.hstack([by_input, rows @ here]), -miss, rcond=RANK_TOLERANCE)
         # Where two solutions fall together the miss vanishes before the angles are right.
-        if max(np.abs(miss).max(initial=0.0), np.abs(step).max(initial=0.0)) < _CONSISTENT:
-            return inputs, twist
+        if consistent and np.abs(step).max(initial=0.0) < _CONSISTENT:
+            break
         inputs, twist = inputs + step[: len(inputs)], twist + here @ step[len(inputs) :]
-    return None
+    return (inputs, twist) if consistent else None
 
 
 def _classify(robot: Robot, coupling: Array, inputs: Array, twist: Array) -> Generic:
