@@ -185,7 +185,9 @@ def test_wheel_keys_are_those_of_the_schema():
     assert told == true
 
 
-@pytest.mark.parametrize(("head", "name"), [("`encoder`", "Encoder"), ("`[body]`", "Body")])
+@pytest.mark.parametrize(
+    ("head", "name"), [("`encoder`", "Encoder"), ("`motor`", "Motor"), ("`[body]`", "Body")]
+)
 def test_other_keys_are_those_of_the_schema(head, name):
     told = {code(cell)[0]: as_default(d) for cell, d, _ in table("your-robot.md", f"key of {head}")}
     assert told == defaults(robot.json_schema()["$defs"][name])

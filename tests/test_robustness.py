@@ -645,7 +645,7 @@ def test_all_faults_at_once_each_with_wheel_and_key() -> None:
         {"kind": "mecanum", "x": "far", "y": 0, "radius": 0.1, "roller_deg": 90},
         {"name": "c", "kind": "wheel"},
         GOOD_WHEEL | {"name": "d", "heading_deg": math.inf},
-        body={"length": -1, "colour": 3},
+        body={"length": 0.5, "mass": -1, "colour": 3},
         colour=1,
     )
     text = "\n".join(faults)
@@ -658,7 +658,7 @@ def test_all_faults_at_once_each_with_wheel_and_key() -> None:
         "wheel 2: roller_deg must not be 90 deg",
         "wheel 'c': kind must be one of",
         "wheel 'd': heading_deg must be finite, got inf",
-        "body: length must be positive, got -1 m",
+        "body: mass must be positive, got -1 kg",
         "body: unknown key 'colour'",
         "body: width is missing",
         "unknown key 'colour'",

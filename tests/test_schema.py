@@ -23,6 +23,8 @@ GOOD = {
     "swedish": robot(FIXED | {"kind": "swedish", "roller_deg": 45}),
     "encoder": robot(FIXED | {"encoder": ENCODER | {"gear": 43.7}}),
     "body": robot(FIXED, body={"length": 0.5, "width": 0.4}),
+    "masses": robot(FIXED | {"mass": 0.2}, body={"mass": 5, "inertia": 0.1, "com": [0.1, 0]}),
+    "motor": robot(FIXED | {"motor": {"torque_constant": 0.02, "resistance": 1.5}}),
 }
 
 # One mistake each. Faults that lie between two keys, such as equal names, no schema can tell.
@@ -33,6 +35,12 @@ BAD = {
     "unknown key of the wheel": robot(FIXED | {"diameter": 0.1}),
     "key of another kind": robot(FIXED | {"roller_deg": 45}),
     "encoder on a caster": robot(CASTER | {"encoder": ENCODER}),
+    "mass of the body negative": robot(FIXED, body={"mass": -1}),
+    "inertia of the body zero": robot(FIXED, body={"inertia": 0}),
+    "com of one number": robot(FIXED, body={"com": [0.1]}),
+    "com of texts": robot(FIXED, body={"com": ["a", "b"]}),
+    "mass of a wheel negative": robot(FIXED | {"mass": -0.1}),
+    "motor without resistance": robot(FIXED | {"motor": {"torque_constant": 0.02}}),
     "unknown kind": robot(FIXED | {"kind": "square"}),
     "kind missing": robot({key: value for key, value in FIXED.items() if key != "kind"}),
     "radius missing": robot({key: value for key, value in FIXED.items() if key != "radius"}),

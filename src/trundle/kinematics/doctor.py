@@ -23,6 +23,7 @@ from trundle.kinematics.maps import estimator, motion_projector, wheel_matrix
 from trundle.kinematics.mobility import mobility, without_skid
 from trundle.kinematics.mounting import (
     cannot_push,
+    mass_outside,
     outside_body,
     reversed_suspect,
     yaw_arm_cancels,
@@ -59,6 +60,7 @@ def diagnose(robot: Robot, steering: npt.ArrayLike | None = None) -> tuple[Findi
         *cannot_push(robot),
         *reversed_suspect(robot),
         *outside_body(robot),
+        *mass_outside(robot),
         *side_slip_blocks(robot),
         *off_centre_angles(robot, steering),
     ]

@@ -72,7 +72,7 @@ def cannot_push(robot: Robot) -> Iterator[Finding]:
 
 def outside_body(robot: Robot) -> Iterator[Finding]:
     """Wheels beside the body's outline, as when the full track was taken for half of it."""
-    if robot.body is None:
+    if robot.body is None or robot.body.width is None:
         return
     half = robot.body.width / 2
     names = tuple(w.name for w in robot.wheels if abs(w.y - robot.body.y) > half)
@@ -84,6 +84,26 @@ def outside_body(robot: Robot) -> Iterator[Finding]:
             f"width is {half:g} m",
             "y is measured from the middle of the robot: half the track, not the full one",
             names,
+        )
+
+
+def mass_outside(robot: Robot) -> Iterator[Finding]:
+    """A body whose inertia is more than its outline can hold."""
+    body = robot.body
+    if body is None or body.length is None or body.width is None:
+        return
+    if body.mass is None or body.inertia is None or body.com is None:
+        return
+    x, y = body.com
+    far = math.hypot(body.length / 2 + abs(x - body.x), body.width / 2 + abs(y - body.y))
+    if body.inertia > body.mass * far**2:
+        yield Finding(
+            "mass_outside",
+            f"the body's inertia of {body.inertia:g} kg m^2 cannot be: with all of its "
+            f"{body.mass:g} kg in the farthest corner of its outline it would be "
+            f"{body.mass * far**2:.3g} kg m^2",
+            "inertia is in kg m^2, about the vertical through the centre of mass",
+            (),
         )
 
 

@@ -2,13 +2,14 @@
 
 from trundle.robot.catalog import CATALOG, from_catalog
 from trundle.robot.files import load, save, to_toml
+from trundle.robot.masses import TotalMass, missing_masses, total_mass
+from trundle.robot.motor import Encoder, Motor
 from trundle.robot.reading import robot_from_dict
 from trundle.robot.robot import Body, Robot
 from trundle.robot.wheels import (
     WHEEL_KINDS,
     BallWheel,
     CasterWheel,
-    Encoder,
     FixedWheel,
     MecanumWheel,
     OmniWheel,
@@ -36,17 +37,21 @@ __all__ = [
     "Encoder",
     "FixedWheel",
     "MecanumWheel",
+    "Motor",
     "OmniWheel",
     "RollingWheel",
     "Robot",
     "Rows",
     "SteeredWheel",
     "SwedishWheel",
+    "TotalMass",
     "Wheel",
     "from_catalog",
     "json_schema",
     "load",
+    "missing_masses",
     "robot_from_dict",
     "save",
     "to_toml",
+    "total_mass",
 ]

@@ -1,7 +1,8 @@
 """The catalogue: one function for each drive, with its source and sizes that can be changed.
 
 Lengths are full sizes in metres: ``wheelbase`` between the front and the rear contact points,
-``track`` between the left and the right ones, ``arm`` from the centre to a contact point.
+``track`` between the left and the right ones, ``arm`` from the centre to a contact point. Masses
+are stand-ins for bodies of that size: change them with ``Robot.with_body``.
 """
 
 from __future__ import annotations
@@ -13,11 +14,11 @@ from math import cos, pi, radians, sin
 import numpy as np
 
 from trundle.errors import RobotError, did_you_mean
+from trundle.robot.motor import Encoder
 from trundle.robot.quantity import Quantity
 from trundle.robot.robot import Body, Robot
 from trundle.robot.wheels import (
     CasterWheel,
-    Encoder,
     FixedWheel,
     MecanumWheel,
     OmniWheel,
@@ -29,8 +30,15 @@ Catalog = dict[str, Callable[..., Robot]]
 _FAR = 1.25  # body outline over the span of the contact points
 
 
-def _body(length: float, width: float, x: float = 0.0) -> Body:
-    return Body(length=_FAR * length, width=_FAR * width, x=x)
+# No source gives masses: a stand-in, spread evenly over the outline [kg/m^2].
+_DENSITY = 100.0
+
+
+def _body(length: float, width: float, x: float = 0.0, margin: float = _FAR) -> Body:
+    length, width = margin * length, margin * width
+    mass = _DENSITY * length * width
+    inertia = mass * (length**2 + width**2) / 12
+    return Body(length=length, width=width, x=x, mass=mass, inertia=inertia, com=(x, 0.0))
 
 
 def _corners(wheelbase: float, track: float, rear: float = 0.5) -> dict[str, tuple[float, float]]:
@@ -87,7 +95,7 @@ def bicycle(radius: float = 0.3, wheelbase: float = 1.0) -> Robot:
         SteeredWheel(name="front", x=wheelbase, y=0.0, radius=radius, driven=False),
         FixedWheel(name="rear", x=0.0, y=0.0, radius=radius),
     )
-    body = Body(length=1.3 * wheelbase, width=0.35 * wheelbase, x=wheelbase / 2)
+    body = _body(1.3 * wheelbase, 0.35 * wheelbase, wheelbase / 2, margin=1.0)
     return Robot(name="bicycle", wheels=wheels, body=body)
 
 

@@ -16,6 +16,7 @@ class Quantity:
     unit: str = ""
     positive: bool = False
     nonzero: bool = False
+    nonnegative: bool = False
 
     def fault(self, value: object, degrees: bool = False) -> str:
         """Return what is wrong with a value, in words that follow the field's name, or ""."""
@@ -31,6 +32,8 @@ class Quantity:
             return f"must be finite, got {value}"
         if self.positive and value <= 0:
             return f"must be positive, got {value:g}{unit}"
+        if self.nonnegative and value < 0:
+            return f"must not be negative, got {value:g}{unit}"
         if self.nonzero and value == 0:
             return "must not be zero"
         return ""
@@ -42,12 +45,23 @@ def quantity(
     default: Any = MISSING,
     positive: bool = False,
     nonzero: bool = False,
+    nonnegative: bool = False,
     degrees: bool = False,
     help: str,
 ) -> Any:
     """Return a dataclass field for a physical quantity; ``default=None`` makes it optional."""
-    rule = Quantity(unit=unit, positive=positive, nonzero=nonzero)
+    rule = Quantity(unit=unit, positive=positive, nonzero=nonzero, nonnegative=nonnegative)
     return field(default=default, metadata={"quantity": rule, "degrees": degrees, "help": help})
+
+
+def point(unit: str, help: str) -> Any:
+    """Return an optional dataclass field for a point (x, y) of the body."""
+    return field(default=None, metadata={"point": Quantity(unit=unit), "help": help})
+
+
+def part(cls: type, help: str) -> dict[str, Any]:
+    """Return the metadata of a dataclass field for a description inside a description."""
+    return {"part": cls, "help": help}
 
 
 def flag(help: str, *, default: Any = False) -> Any:
@@ -84,25 +98,46 @@ def check(item: Any) -> list[str]:
     Numbers become floats, and angles go to the grid of ``exact_degrees``, so that a description
     that was written in degrees comes back equal.
     """
-    faults = []
-    for each in dataclasses.fields(item):
-        rule, value = each.metadata.get("quantity"), getattr(item, each.name)
-        if value is None and each.default is None:
-            continue
-        if each.metadata.get("flag") and not isinstance(value, bool):
-            faults.append(f"{each.name} must be true or false, got {value!r}")
-        if each.metadata.get("text") and not (isinstance(value, str) and value.strip()):
-            faults.append(f"{each.name} must be a text that is not empty, got {value!r}")
-        if rule is None:
-            continue
-        if fault := rule.fault(value):
-            faults.append(f"{each.name} {fault}")
-            continue
-        value = float(value)
-        if each.metadata.get("degrees"):
-            value = math.radians(exact_degrees(value))
-            if fault := rule.fault(value):
-                faults.append(f"{each.name} {fault}")
-                continue
-        object.__setattr__(item, each.name, value)
-    return faults
+    return [fault for each in dataclasses.fields(item) for fault in _check_field(item, each)]
+
+
+def _check_field(item: Any, each: dataclasses.Field[Any]) -> list[str]:
+    """Return the faults of one field, after putting a sound value into canonical form."""
+    kind, value = each.metadata, getattr(item, each.name)
+    if value is None and each.default is None:
+        return []
+    sound = value
+    if "flag" in kind:
+        fault = "" if isinstance(value, bool) else f"must be true or false, got {value!r}"
+    elif "text" in kind:
+        right = isinstance(value, str) and value.strip() != ""
+        fault = "" if right else f"must be a text that is not empty, got {value!r}"
+    elif "part" in kind:
+        right = isinstance(value, kind["part"])
+        fault = "" if right else f"must be of type {kind['part'].__name__}, got {value!r}"
+    elif "point" in kind:
+        fault, sound = _sound_point(kind["point"], value)
+    else:
+        fault, sound = _sound_number(kind["quantity"], value, kind["degrees"])
+    if fault:
+        return [f"{each.name} {fault}"]
+    object.__setattr__(item, each.name, sound)
+    return []
+
+
+def _sound_number(rule: Quantity, value: Any, degrees: bool) -> tuple[str, Any]:
+    if fault := rule.fault(value):
+        return fault, None
+    if not degrees:
+        return "", float(value)
+    angle = math.radians(exact_degrees(float(value)))
+    return rule.fault(angle), angle
+
+
+def _sound_point(rule: Quantity, value: Any) -> tuple[str, Any]:
+    try:
+        pair = dict(zip("xy", value, strict=True))
+    except (TypeError, ValueError):
+        return f"must be two numbers [x, y] [{rule.unit}], got {value!r}", None
+    faults = [f"{axis} {fault}" for axis, v in pair.items() if (fault := rule.fault(v))]
+    return "; ".join(faults), tuple(map(float, pair.values())) if not faults else None

@@ -12,11 +12,15 @@ from typing import TYPE_CHECKING, Any
 from trundle.errors import RobotError, did_you_mean
 from trundle.robot.quantity import key
 from trundle.robot.robot import Body, Robot, repeated_names
-from trundle.robot.wheels import Encoder, Wheel
+from trundle.robot.wheels import Wheel
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+_EXAMPLES = {
+    "encoder": "{ ticks_per_motor_turn = 64, gear = 43.7 }",
+    "motor": "{ torque_constant = 0.02, resistance = 1.5, gear = 43.7, max_voltage = 12 }",
+}
 _TOP_KEYS = ("name", "body", "wheel")
 
 
@@ -141,15 +145,19 @@ def _build(
 def _value(item: dataclasses.Field[Any], value: Any) -> Any:
     if item.metadata.get("degrees"):
         return math.radians(value)
-    return Encoder(**value) if item.name == "encoder" else value
+    return item.metadata["part"](**value) if "part" in item.metadata else value
 
 
 def _tell(error: Mapping[str, Any], cls: type, kind: str | None) -> str:
     """Return one pydantic error in our words; the dataclass's own rule speaks where it can."""
     path = [str(part) for part in error["loc"]]
     name = ".".join(path)
-    owner = Encoder if len(path) > 1 else cls
-    items = {key(item): item for item in dataclasses.fields(owner)}
+    items = {key(item): item for item in dataclasses.fields(cls)}
+    outer = items[path[0]].metadata if path[0] in items else {}
+    if "point" in outer:
+        return f"{path[0]} must be two numbers [x, y] [{outer['point'].unit}]"
+    if len(path) > 1:
+        items = {key(item): item for item in dataclasses.fields(outer["part"])}
     if error["type"] == "extra_forbidden":
         return _unknown(name, tuple(items), kind)
     if error["type"] == "missing":
@@ -159,7 +167,7 @@ def _tell(error: Mapping[str, Any], cls: type, kind: str | None) -> str:
     if rule is not None and (fault := rule.fault(error["input"], item.metadata["degrees"])):
         return f"{name} {fault}"
     wanted = {"bool_type": "true or false", "string_type": "a text"}.get(
-        error["type"], "a table such as { ticks_per_motor_turn = 64, gear = 43.7 }"
+        error["type"], f"a table such as {_EXAMPLES.get(name)}"
     )
     return f"{name} must be {wanted}, got {error['input']!r}"
 

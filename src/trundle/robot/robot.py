@@ -9,26 +9,47 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from trundle.errors import RobotError
-from trundle.robot.quantity import check, quantity
+from trundle.errors import RobotError, did_you_mean
+from trundle.robot.quantity import check, point, quantity
 from trundle.robot.wheels import RollingWheel, SteeredWheel, Wheel
 
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """The rectangle that pictures draw, centred at (x, y) of the body frame.
+    """The outline that pictures draw, and what the body without its wheels weighs.
 
-    >>> Body(length=0.5, width=0.4).x
-    0.0
+    The outline is a rectangle centred at (x, y) of the body frame. Mass, inertia and centre of
+    mass are needed for dynamics alone, and have no default.
+
+    >>> Body(length=0.5, width=0.4, mass=10.0, inertia=0.4, com=(0.05, 0.0)).com
+    (0.05, 0.0)
     """
 
-    length: float = quantity("m", positive=True, help="extent along the body's x axis")
-    width: float = quantity("m", positive=True, help="extent along the body's y axis")
+    length: float | None = quantity(
+        "m", default=None, positive=True, help="extent along the body's x axis"
+    )
+    width: float | None = quantity(
+        "m", default=None, positive=True, help="extent along the body's y axis"
+    )
     x: float = quantity("m", default=0.0, help="centre of the outline in the body frame")
     y: float = quantity("m", default=0.0, help="centre of the outline in the body frame")
+    mass: float | None = quantity(
+        "kg", default=None, positive=True, help="mass of the body without the wheels"
+    )
+    inertia: float | None = quantity(
+        "kg m^2",
+        default=None,
+        positive=True,
+        help="inertia of the body about the vertical through its centre of mass",
+    )
+    com: tuple[float, float] | None = point("m", "centre of mass of the body, in the body frame")
 
     def __post_init__(self) -> None:
-        if faults := check(self):
+        faults = check(self)
+        if (self.length is None) != (self.width is None):
+            missing = "length" if self.length is None else "width"
+            faults.append(f"{missing} is missing: an outline has length and width")
+        if faults:
             raise RobotError(faults, "body")
 
 
@@ -113,6 +134,23 @@ class Robot:
             self, wheels=tuple(_changed(wheel, changes) for wheel in self.wheels)
         )
 
+    def with_body(self, **changes: Any) -> Robot:
+        """Return the robot with the fields of its body changed.
+
+        Raises:
+            RobotError: the body has no such field, or a value is impossible.
+
+        >>> import trundle
+        >>> robot = trundle.load("omni3").with_body(mass=30.0, inertia=0.1, com=(0.0, 0.0))
+        >>> robot.body.mass
+        30.0
+        """
+        known = [each.name for each in dataclasses.fields(Body)]
+        if strangers := set(changes) - set(known):
+            faults = [f"a body has no {n!r}{did_you_mean(n, known)}" for n in sorted(strangers)]
+            raise RobotError(faults, self.name)
+        return dataclasses.replace(self, body=dataclasses.replace(self.body or Body(), **changes))
+
 
 def repeated_names(names: Iterable[str]) -> list[str]:
     """Return a fault for each name that more than one wheel has."""
@@ -141,6 +179,6 @@ def _jammed_groups(wheels: Iterable[SteeredWheel]) -> list[str]:
 
 
 def _changed(wheel: Wheel, changes: dict[str, Any]) -> Wheel:
-    motor = {"max_speed", "max_acceleration"}
+    motor = {"max_speed", "max_acceleration", "max_torque", "motor"}
     names = {each.name for each in dataclasses.fields(wheel)} - (set() if wheel.driven else motor)
     return dataclasses.replace(wheel, **{k: v for k, v in changes.items() if k in names})

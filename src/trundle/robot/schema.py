@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from trundle.robot.quantity import key
 from trundle.robot.robot import Body
-from trundle.robot.wheels import WHEEL_KINDS, Encoder, MecanumWheel, OmniWheel, Wheel
+from trundle.robot.wheels import WHEEL_KINDS, MecanumWheel, OmniWheel, Wheel
 
 # "swedish" is another name for omni and mecanum wheels; its roller angle tells which.
 SWEDISH = "swedish"
@@ -38,18 +38,23 @@ def _annotation(item: dataclasses.Field[Any]) -> Any:
         return float
     if item.metadata.get("flag"):
         return bool
-    return str if item.metadata.get("text") else _model(Encoder, "Encoder")
+    if "point" in item.metadata:
+        return Annotated[list[float], Field(min_length=2, max_length=2)]
+    if "part" in item.metadata:
+        return _model(item.metadata["part"], item.metadata["part"].__name__)
+    return str
 
 
 def _entry(item: dataclasses.Field[Any]) -> tuple[Any, Any]:
     required = item.default is dataclasses.MISSING
-    rule = item.metadata.get("quantity")
+    rule = item.metadata.get("quantity") or item.metadata.get("point")
     told = item.metadata.get("help", "")
     if rule is not None and rule.unit:
         told += f" [{'deg' + rule.unit[3:] if item.metadata.get('degrees') else rule.unit}]"
     return _annotation(item), Field(
         default=... if required else item.default,
         gt=0 if rule is not None and rule.positive else None,
+        ge=0 if rule is not None and rule.nonnegative else None,
         description=told or None,
     )
 
@@ -68,7 +73,10 @@ def wheel_model(kind: str) -> type[BaseModel]:
 
 def body_model() -> type[BaseModel]:
     """Return the model of the ``[body]`` table."""
-    return _model(Body, "Body")
+    model = _model(Body, "Body")
+    outline = {"length": ["width"], "width": ["length"]}
+    model.model_config["json_schema_extra"] = {"dependentRequired": outline}
+    return model
 
 
 def robot_model() -> type[BaseModel]:
@@ -79,7 +87,7 @@ def robot_model() -> type[BaseModel]:
         "name": (str, Field(default=None, description="name of the robot (default: the file's)")),
         "body": (
             body_model(),
-            Field(default=None, description="outline of the body, for pictures"),
+            Field(default=None, description="outline and mass of the body"),
         ),
         "wheel": (
             list[wheel],

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple, final
 
 from trundle.errors import RobotError
-from trundle.robot.quantity import check, flag, quantity, text
+from trundle.robot.motor import Encoder, Motor
+from trundle.robot.quantity import check, flag, part, quantity, text
 
 # A roller closer than this to +-90 deg leaves a force along the drive direction of less than a
 # millionth of the roller's: no wheel is made to such an angle, so it is a slip of the pen.
@@ -57,31 +58,6 @@ def across_row(x: Any, y: Any, angle: Any, math: Any) -> tuple[Any, Any, Any]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Encoder:
-    """An incremental encoder on a wheel's motor shaft.
-
-    >>> round(Encoder(ticks_per_motor_turn=64, gear=43.7).radians_per_tick, 9)
-    0.002246562
-    """
-
-    ticks_per_motor_turn: float = quantity(
-        "ticks", positive=True, help="encoder ticks in one turn of the motor shaft"
-    )
-    gear: float = quantity(
-        "", default=1.0, positive=True, help="turns of the motor for one turn of the wheel"
-    )
-
-    def __post_init__(self) -> None:
-        if faults := check(self):
-            raise RobotError(faults, "encoder")
-
-    @property
-    def radians_per_tick(self) -> float:
-        """Turn of the wheel for one tick [rad]."""
-        return 2 * math.pi / (self.ticks_per_motor_turn * self.gear)
-
-
-@dataclass(frozen=True, kw_only=True)
 class Wheel(ABC):
     """What all wheels have: a name and the contact point (x, y) in the body frame [m]."""
 
@@ -92,11 +68,18 @@ class Wheel(ABC):
     x: float = quantity("m", help="contact point in the body frame; for casters the pivot")
     y: float = quantity("m", help="contact point in the body frame; for casters the pivot")
     driven: bool = flag("whether a motor drives the wheel", default=None)
+    mass: float = quantity(
+        "kg", default=0.0, nonnegative=True, help="mass of the wheel, which the body's excludes"
+    )
+    yaw_inertia: float = quantity(
+        "kg m^2",
+        default=0.0,
+        nonnegative=True,
+        help="inertia about the vertical through (x, y)",
+    )
 
     def __post_init__(self) -> None:
         faults = check(self)
-        if not isinstance(getattr(self, "encoder", None), Encoder | None):
-            faults.append("encoder must be an Encoder")
         if self.driven is None:
             object.__setattr__(self, "driven", self.may_drive)
         elif self.driven and not self.may_drive:
@@ -141,12 +124,35 @@ class RollingWheel(Wheel, ABC):
         "whether the turning is measured (default: driven wheels and wheels with an encoder)",
         default=None,
     )
-    encoder: Encoder | None = field(default=None, metadata={"help": "encoder on the motor shaft"})
+    encoder: Encoder | None = field(
+        default=None, metadata=part(Encoder, "encoder on the motor shaft")
+    )
     max_speed: float | None = quantity(
         "rad/s", default=None, positive=True, help="largest wheel speed"
     )
     max_acceleration: float | None = quantity(
         "rad/s^2", default=None, positive=True, help="largest wheel acceleration"
+    )
+    max_torque: float | None = quantity(
+        "N m", default=None, positive=True, help="largest torque of the motor at the wheel"
+    )
+    motor: Motor | None = field(
+        default=None, metadata=part(Motor, "DC motor that drives the wheel")
+    )
+    spin_inertia: float = quantity(
+        "kg m^2",
+        default=0.0,
+        nonnegative=True,
+        help="inertia about the axle, with the motor's rotor as the wheel feels it",
+    )
+    viscous_friction: float = quantity(
+        "N m s/rad", default=0.0, nonnegative=True, help="friction torque at 1 rad/s"
+    )
+    coulomb_friction: float = quantity(
+        "N m", default=0.0, nonnegative=True, help="friction torque at any speed"
+    )
+    friction: float | None = quantity(
+        "", default=None, positive=True, help="coefficient of friction with the ground"
     )
 
     @property

@@ -107,8 +107,8 @@ def robot_shapes(
 
 def body_shapes(robot: Robot) -> list[Shape]:
     """Return the body's outline and a stripe at its front; without a body, the wheels' span."""
-    if robot.body is not None:
-        body = robot.body
+    body = robot.body
+    if body is not None and body.length is not None and body.width is not None:
         corners = place(rectangle(body.length, body.width), (body.x, body.y, 0.0))
     else:
         at = np.array([(wheel.x, wheel.y) for wheel in robot.wheels])
