@@ -1,5 +1,6 @@
 """Wheeled mobile robots: describe a robot by its wheels, get everything that follows."""
 
+from trundle.dynamics import Dynamics
 from trundle.errors import TrundleError
 from trundle.kinematics import Inverse, Kinematics, Mobility, mobility
 from trundle.odometry import dead_reckon
@@ -23,6 +24,7 @@ __all__ = [
     "BallWheel",
     "Body",
     "CasterWheel",
+    "Dynamics",
     "Encoder",
     "FixedWheel",
     "Inverse",

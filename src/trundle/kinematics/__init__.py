@@ -2,11 +2,19 @@
 
 from trundle.kinematics.centre import consistent_angles
 from trundle.kinematics.compare import Comparison, compare_matrix, read_matrix
-from trundle.kinematics.constraints import finite
+from trundle.kinematics.constraints import (
+    finite,
+    gains,
+    robot_of,
+    rolling_matrix,
+    side_slip_matrix,
+    steering_array,
+)
 from trundle.kinematics.doctor import diagnose
 from trundle.kinematics.explain import Explanation, explain
 from trundle.kinematics.finding import Finding
 from trundle.kinematics.inverse import Inverse
+from trundle.kinematics.maps import motion_projector
 from trundle.kinematics.mobility import Mobility, mobility
 from trundle.kinematics.model import Kinematics
 from trundle.kinematics.plain import Plain
@@ -24,6 +32,12 @@ __all__ = [
     "diagnose",
     "explain",
     "finite",
+    "gains",
     "mobility",
+    "motion_projector",
     "read_matrix",
+    "robot_of",
+    "rolling_matrix",
+    "side_slip_matrix",
+    "steering_array",
 ]

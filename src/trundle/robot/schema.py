@@ -74,7 +74,7 @@ def wheel_model(kind: str) -> type[BaseModel]:
 def body_model() -> type[BaseModel]:
     """Return the model of the ``[body]`` table."""
     model = _model(Body, "Body")
-    outline = {"length": ["width"], "width": ["length"]}
+    outline: Any = {"length": ["width"], "width": ["length"]}
     model.model_config["json_schema_extra"] = {"dependentRequired": outline}
     return model
 
