@@ -47,6 +47,10 @@ class UnobservedMotionWarning(UserWarning):
     """A twist was estimated although the wheels do not observe every motion."""
 
 
+class StabilityWarning(UserWarning):
+    """A simulated loop is unstable: its step is too long, or its gains are."""
+
+
 def did_you_mean(given: object, known: Iterable[str]) -> str:
     """Return the end of a message that names the nearest known word, or "".
 

@@ -6,6 +6,7 @@ from trundle.dynamics.loads import GRAVITY, wheel_loads
 from trundle.dynamics.model import Dynamics
 from trundle.dynamics.motors import Limits, Motors
 from trundle.dynamics.planar import body_bias, to_body, to_inertial
+from trundle.dynamics.reduced import Reduced
 
 __all__ = [
     "GRAVITY",
@@ -13,6 +14,7 @@ __all__ = [
     "GroundForces",
     "Limits",
     "Motors",
+    "Reduced",
     "body_bias",
     "friction_torque",
     "to_body",

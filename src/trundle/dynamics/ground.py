@@ -6,10 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trundle.dynamics.loads import wheel_loads
-from trundle.dynamics.reduced import REPEATED, Reduced, apply, rolling_wheels
+from trundle.dynamics.loads import GRAVITY, wheel_loads
+from trundle.dynamics.reduced import (
+    REPEATED,
+    Reduced,
+    apply,
+    holding_wheels,
+    rolling_wheels,
+)
 from trundle.kinematics import gains
-from trundle.robot import Robot
+from trundle.robot import Robot, total_mass
 from trundle.se2 import Array
 
 
@@ -19,7 +25,8 @@ class GroundForces(NamedTuple):
     Attributes:
         along: (..., k) force along the drive direction, for Swedish wheels along the axis of the
             roller on the ground [N].
-        side: (..., k) force across it, that keeps the wheel from slipping sideways [N].
+        side: (..., k) force across it, that keeps the wheel from slipping sideways [N]; for wheels
+            that may skid their even share of what holds the robot.
         load: (k,) weight on each wheel at rest [N]; nan where the body would tip.
         friction: (..., k) coefficient of friction that the wheel needs not to slip.
     """
@@ -28,6 +35,10 @@ class GroundForces(NamedTuple):
     side: Array
     load: Array
     friction: Array
+
+
+# What is less than this share of the robot's weight is rounding.
+_ROUNDING = 1e-9
 
 
 def ground_forces(
@@ -45,14 +56,15 @@ def ground_forces(
     wheels, rolling = robot.wheels, rolling_wheels(robot)
     pushing = (torques - here.spin * speed_rate) / gains(rolling)
     # Where wheels share the side force in more than one way, the least.
-    share = np.asarray(np.linalg.pinv(np.swapaxes(here.C, -1, -2), rcond=REPEATED))
+    share = np.asarray(np.linalg.pinv(np.swapaxes(here.holding, -1, -2), rcond=REPEATED))
     holding = apply(share, net)
-    shape = (*pushing.shape[:-1], len(wheels))
+    shape = (*np.broadcast_shapes(pushing.shape[:-1], holding.shape[:-1]), len(wheels))
     along, side = np.zeros(shape), np.zeros(shape)
     along[..., [wheels.index(wheel) for wheel in rolling]] = pushing
-    side[..., [i for i, w in enumerate(wheels) if w.rows().side_slip is not None]] = holding
+    side[..., holding_wheels(robot)] = holding
     load = wheel_loads(robot)
     demand = np.hypot(along, side)
+    weight = total_mass(robot).mass * GRAVITY
     with np.errstate(divide="ignore", invalid="ignore"):
-        needed = np.where(demand > 0, demand / np.maximum(load, 0.0), 0.0)
+        needed = np.where(demand > _ROUNDING * weight, demand / load, 0.0)
     return GroundForces(along, side, load, needed)

@@ -7,6 +7,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from trundle.dynamics.batches import together
+from trundle.dynamics.friction import coefficients
 from trundle.dynamics.ground import GroundForces, ground_forces
 from trundle.dynamics.motors import Limits, Motors, torque_limits
 from trundle.dynamics.planar import inertial_lever
@@ -18,7 +20,7 @@ from trundle.dynamics.reduced import (
     rigid_bias,
     rolling_wheels,
 )
-from trundle.errors import ShapeError, TrundleError
+from trundle.errors import TrundleError
 from trundle.kinematics import Kinematics, finite, robot_of, steering_array
 from trundle.robot import Robot, total_mass
 from trundle.se2 import Array
@@ -33,6 +35,12 @@ class Dynamics:
 
     Args:
         robot: the robot; its body needs mass, inertia and com.
+
+    Attributes:
+        robot: the robot.
+        mass: of body and wheels together [kg].
+        com: (2,) their centre of mass in the body frame [m].
+        inertia: about the vertical through it [kg m^2].
 
     Raises:
         RobotError: a value of the body is missing.
@@ -50,8 +58,8 @@ class Dynamics:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot_of(robot)
         self.mass, self.com, self.inertia = total_mass(robot)
+        self.com.setflags(write=False)
         self._wheels = rolling_wheels(robot)
-        self._kinematics = Kinematics(robot)
 
     def __repr__(self) -> str:
         """Return the robot's name and its mass."""
@@ -73,9 +81,7 @@ class Dynamics:
         [[2.0, 0.0, -0.0], [0.0, 2.0, 1.0], [-0.0, 1.0, 1.0]]
         """
         psi = finite(pose, "pose", 3)[..., 2]
-        lever_x, lever_y = inertial_lever(
-            self.mass, self.com[0], self.com[1], np.cos(psi), np.sin(psi)
-        )
+        lever_x, lever_y = self._lever(psi)
         out = np.zeros((*psi.shape, 3, 3))
         out[..., 0, 0] = out[..., 1, 1] = self.mass
         out[..., 0, 2] = out[..., 2, 0] = lever_x
@@ -93,11 +99,10 @@ class Dynamics:
         >>> Dynamics(robot).bias([0.0, 0.0, 0.0], [0.0, 0.0, 3.0]).tolist()
         [-9.0, -0.0, 0.0]
         """
-        pose, rate = _together(finite(pose, "pose", 3), finite(rate, "rate", 3), "pose", "rate")
+        pose, rate = finite(pose, "pose", 3), finite(rate, "rate", 3)
+        together({"pose": pose, "rate": rate})
         psi, turn = pose[..., 2], rate[..., 2]
-        lever_x, lever_y = inertial_lever(
-            self.mass, self.com[0], self.com[1], np.cos(psi), np.sin(psi)
-        )
+        lever_x, lever_y = self._lever(psi)
         square = turn * turn
         return np.stack([-square * lever_y, square * lever_x, np.zeros_like(square)], axis=-1)
 
@@ -109,7 +114,9 @@ class Dynamics:
         ``M(q) q_ddot + n(q, q_dot)``, in the inertial frame and about the body's origin.
         """
         M, n = self.mass_matrix(pose), self.bias(pose, rate)
-        return apply(M, finite(acceleration, "acceleration", 3)) + n
+        wanted = finite(acceleration, "acceleration", 3)
+        together({"pose and rate": n, "acceleration": wanted})
+        return apply(M, wanted) + n
 
     def forward_dynamics(
         self, pose: npt.ArrayLike, rate: npt.ArrayLike, force: npt.ArrayLike
@@ -125,7 +132,9 @@ class Dynamics:
         array([ 1. , -2. ,  0.5])
         """
         M, n = self.mass_matrix(pose), self.bias(pose, rate)
-        net = finite(force, "force", 3) - n
+        given = finite(force, "force", 3)
+        together({"pose and rate": n, "force": given})
+        net = given - n
         return np.asarray(np.linalg.solve(M, net[..., None])[..., 0])
 
     # ---- the wheels --------------------------------------------------------------------------
@@ -138,7 +147,8 @@ class Dynamics:
         driven wheels feel it, and their own inertia J.
 
         Raises:
-            TrundleError: the robot steers: use ``torques`` and ``twist_acceleration``.
+            TrundleError: the robot steers, or has a motion that no motor drives: use ``torques``
+                and ``twist_acceleration``.
 
         >>> import trundle
         >>> body = {"mass": 30.0, "inertia": 0.1, "com": (0.0, 0.0)}
@@ -156,7 +166,7 @@ class Dynamics:
         and d the driven wheels.
 
         Raises:
-            TrundleError: the robot steers.
+            TrundleError: the robot steers, or has a motion that no motor drives.
         """
         omega = finite(wheel_speeds, "wheel_speeds", len(self.robot.driven))
         here, W = self._reduced, self._W
@@ -173,7 +183,7 @@ class Dynamics:
         motions, torques that only work against each other accelerate nothing.
 
         Raises:
-            TrundleError: the robot steers.
+            TrundleError: the robot steers, or has a motion that no motor drives.
 
         >>> import trundle
         >>> model = Dynamics(trundle.load("mecanum").with_wheels(spin_inertia=0.01))
@@ -189,6 +199,34 @@ class Dynamics:
 
     # ---- twists and torques, at any steering -------------------------------------------------
 
+    def reduced(
+        self, steering: npt.ArrayLike | None = None, steering_rate: npt.ArrayLike | None = None
+    ) -> Reduced:
+        """Return the matrices of the equations of motion on the twists that the wheels allow.
+
+        Args:
+            steering: (..., s) steering angles [rad].
+            steering_rate: (..., s) their rates [rad/s], such that the wheels keep a common
+                centre; zero when left out.
+
+        Raises:
+            OffCentreError: the angles share no instantaneous centre.
+
+        >>> import trundle
+        >>> model = Dynamics(trundle.load("differential").with_body(mass=20.0))
+        >>> model.reduced().inverse()[0, 0].round(12)  # 1 / mass
+        np.float64(0.05)
+        """
+        angles = steering_array(self.robot, steering)
+        rate = np.zeros(len(self.robot.steered))
+        if steering_rate is not None:
+            rate = finite(steering_rate, "steering_rate", len(rate))
+            together({"steering": angles, "steering_rate": rate})
+        if not self.robot.steered:
+            return self._straight
+        self._kinematics.wheel_matrix(angles)  # refuses angles that share no centre
+        return reduce(self.robot, angles, rate)
+
     def twist_acceleration(
         self,
         twist: npt.ArrayLike,
@@ -201,7 +239,7 @@ class Dynamics:
         ``N (N^T M N)^-1 N^T (G_d^T tau - c)``, and what turning the wheels adds.
 
         Args:
-            twist: (..., 3) u, v, r, a twist that the wheels allow [m/s, m/s, rad/s].
+            twist: (..., 3) u, v, r, what the wheels do not allow is left out [m/s, m/s, rad/s].
             torques: (..., n) of the motors at the driven wheels [N m].
             steering: (..., s) steering angles [rad].
             steering_rate: (..., s) their rates [rad/s]; zero when left out.
@@ -212,7 +250,7 @@ class Dynamics:
         [1.0, 0.0, 0.0]
         """
         zeta, tau, here = self._given(twist, torques, "torques", steering, steering_rate)
-        turning = here.turning(zeta)
+        turning = apply(here.turn, zeta)
         net = here.push(tau) - self._bias(here, zeta) - apply(here.M, turning)
         return apply(here.inverse(), net) + turning
 
@@ -225,8 +263,9 @@ class Dynamics:
     ) -> Array:
         """Return the motors' torques (..., n) [N m] of least norm for an acceleration (..., 3).
 
-        ``tau = (N^T G_d^T)^+ N^T (M zeta_dot + c)``. What the wheels do not allow or cannot push
-        is left out, as ``twist_acceleration`` of the torques shows.
+        ``tau = (N^T G_d^T)^+ N^T (M zeta_dot + c)``. What the wheels do not allow is left out, and
+        where the motors cannot push every way, they give what is nearest in kinetic energy;
+        ``twist_acceleration`` of the torques shows it.
 
         Args:
             twist: (..., 3) u, v, r [m/s, m/s, rad/s].
@@ -244,7 +283,9 @@ class Dynamics:
         zeta, wanted, here = self._given(
             twist, acceleration, "acceleration", steering, steering_rate, 3
         )
-        return apply(here.allocation(), apply(here.M, wanted) + self._bias(here, zeta))
+        turning = apply(here.turn, zeta)
+        possible = turning + apply(here.allowed, wanted - turning)
+        return apply(here.allocation(), apply(here.M, possible) + self._bias(here, zeta))
 
     def ground_forces(
         self,
@@ -259,7 +300,7 @@ class Dynamics:
         them in more than one way (two wheels on one axle), those of least norm.
 
         Args:
-            twist: (..., 3) u, v, r, a twist that the wheels allow [m/s, m/s, rad/s].
+            twist: (..., 3) u, v, r, what the wheels do not allow is left out [m/s, m/s, rad/s].
             torques: (..., n) of the motors [N m].
             steering: (..., s) steering angles [rad].
             steering_rate: (..., s) their rates [rad/s].
@@ -272,7 +313,7 @@ class Dynamics:
         """
         zeta, tau, here = self._given(twist, torques, "torques", steering, steering_rate)
         acceleration = self.twist_acceleration(twist, torques, steering, steering_rate)
-        speed_rate = apply(here.G, acceleration) + apply(here.G_dot, zeta)
+        speed_rate = apply(here.G, acceleration)
         friction = friction_of(self._wheels, apply(here.G, zeta))
         motor = np.zeros(np.broadcast_shapes(friction.shape, (*tau.shape[:-1], 1)))
         motor[..., here.driven] = tau
@@ -284,13 +325,19 @@ class Dynamics:
         omega = finite(wheel_speeds, "wheel_speeds", len(self.robot.driven))
         return friction_of(self.robot.driven, omega)
 
+    @property
+    def friction_coefficients(self) -> tuple[Array, Array]:
+        """Viscous [N m s/rad] and Coulomb [N m] friction (w,) of all wheels that roll, in order."""
+        return coefficients(self._wheels)
+
     def kinetic_energy(self, twist: npt.ArrayLike, steering: npt.ArrayLike | None = None) -> Array:
         """Return the kinetic energy (...) of body and spinning wheels at twists (..., 3) [J].
 
         ``zeta^T M zeta / 2``. Together with the motors' work and the friction's it balances.
         """
         zeta = finite(twist, "twist", 3)
-        here = self._at(steering, None, zeta.shape[:-1])
+        together({"twist": zeta, "steering": steering_array(self.robot, steering)})
+        here = self.reduced(steering)
         return np.asarray(0.5 * (zeta * apply(here.M, zeta)).sum(axis=-1))
 
     # ---- motors ------------------------------------------------------------------------------
@@ -330,26 +377,22 @@ class Dynamics:
                 f"robot {self.robot.name!r} steers, so these matrices depend on its angles: use "
                 "torques(), twist_acceleration() and ground_forces() with steering=..."
             )
+        driven = np.linalg.matrix_rank(self._straight.allocation())
+        if driven < (allowed := round(float(np.trace(self._straight.allowed)))):
+            raise TrundleError(
+                f"robot {self.robot.name!r}: its driven wheels push {driven} of the {allowed} "
+                "motions that it has, so they do not tell how it moves: use torques() and "
+                "twist_acceleration()"
+            )
         return self._straight
+
+    @cached_property
+    def _kinematics(self) -> Kinematics:
+        return Kinematics(self.robot)
 
     @property
     def _W(self) -> Array:
         return self._kinematics.W
-
-    def _at(
-        self,
-        steering: npt.ArrayLike | None,
-        steering_rate: npt.ArrayLike | None,
-        batch: tuple[int, ...],
-    ) -> Reduced:
-        if not self.robot.steered:
-            steering_array(self.robot, steering, batch)
-            return self._straight
-        angles = steering_array(self.robot, steering, batch)
-        self._kinematics.wheel_matrix(angles)  # refuses angles that share no centre
-        if steering_rate is None:
-            return reduce(self.robot, angles, np.zeros_like(angles))
-        return reduce(self.robot, angles, finite(steering_rate, "steering_rate", angles.shape[-1]))
 
     def _given(
         self,
@@ -363,23 +406,14 @@ class Dynamics:
         """Return twist and the other quantity as arrays, and the equations that go with them."""
         zeta = finite(twist, "twist", 3)
         values = finite(other, name, len(self.robot.driven) if last is None else last)
-        batch = _batch(zeta, values, "twist", name)
-        return zeta, values, self._at(steering, steering_rate, batch)
+        here = self.reduced(steering, steering_rate)
+        given = {"twist": zeta, name: values}
+        if self.robot.steered:
+            given["steering"] = here.allowed[..., 0]
+        batch = together(given)
+        # What would slip sideways is rounding, or a step of an integrator: it is left out.
+        return apply(here.allowed, zeta), np.broadcast_to(values, (*batch, values.shape[-1])), here
 
     def _bias(self, here: Reduced, zeta: Array) -> Array:
         friction = friction_of(self._wheels, apply(here.G, zeta))
-        return here.bias(zeta, rigid_bias(self.mass, self.com, zeta), friction)
-
-
-def _batch(a: Array, b: Array, name_a: str, name_b: str) -> tuple[int, ...]:
-    try:
-        return np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
-    except ValueError:
-        raise ShapeError(
-            f"{name_a} of shape {a.shape} and {name_b} of shape {b.shape} do not go together"
-        ) from None
-
-
-def _together(a: Array, b: Array, name_a: str, name_b: str) -> tuple[Array, Array]:
-    batch = _batch(a, b, name_a, name_b)
-    return np.broadcast_to(a, (*batch, a.shape[-1])), np.broadcast_to(b, (*batch, b.shape[-1]))
+        return here.bias(rigid_bias(self.mass, self.com, zeta), friction)

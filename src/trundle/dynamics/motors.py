@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from trundle.dynamics.batches import together
 from trundle.errors import TrundleError
-from trundle.kinematics import finite
+from trundle.kinematics import finite, robot_of
 from trundle.robot import Robot
 from trundle.se2 import Array
 
@@ -69,6 +70,7 @@ class Motors:
     """
 
     def __init__(self, robot: Robot) -> None:
+        robot_of(robot)
         found = [wheel.motor for wheel in robot.driven if wheel.motor is not None]
         if len(found) < len(robot.driven):
             names = [wheel.name for wheel in robot.driven if wheel.motor is None]
@@ -79,7 +81,6 @@ class Motors:
         self._torque = np.array([motor.torque_per_ampere for motor in found])
         self._back_emf = np.array([motor.volts_per_speed for motor in found])
         self._resistance = np.array([motor.resistance for motor in found])
-        self._supply = np.array([motor.max_voltage or np.inf for motor in found])
         self._limits = torque_limits(robot)
 
     def torques(self, voltages: npt.ArrayLike, wheel_speeds: npt.ArrayLike) -> Array:
@@ -90,8 +91,9 @@ class Motors:
         """
         n = len(self._torque)
         U, omega = finite(voltages, "voltages", n), finite(wheel_speeds, "wheel_speeds", n)
-        current = np.clip(U, -self._supply, self._supply) - self._back_emf * omega
-        return self._limits.held(self._torque * current / self._resistance, omega)
+        together({"voltages": U, "wheel_speeds": omega})
+        current = (U - self._back_emf * omega) / self._resistance
+        return self._limits.held(self._torque * current, omega)
 
     def voltages(self, torques: npt.ArrayLike, wheel_speeds: npt.ArrayLike) -> Array:
         """Return the voltages (..., n) [V] that give torques (..., n) [N m] at the wheels.
@@ -100,6 +102,7 @@ class Motors:
         """
         n = len(self._torque)
         tau, omega = finite(torques, "torques", n), finite(wheel_speeds, "wheel_speeds", n)
+        together({"torques": tau, "wheel_speeds": omega})
         return np.asarray(self._resistance * tau / self._torque + self._back_emf * omega)
 
     def currents(self, torques: npt.ArrayLike) -> Array:

@@ -8,6 +8,7 @@ from trundle.kinematics.constraints import (
     robot_of,
     rolling_matrix,
     side_slip_matrix,
+    skid_matrices,
     steering_array,
 )
 from trundle.kinematics.doctor import diagnose
@@ -39,5 +40,6 @@ __all__ = [
     "robot_of",
     "rolling_matrix",
     "side_slip_matrix",
+    "skid_matrices",
     "steering_array",
 ]

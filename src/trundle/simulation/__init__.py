@@ -1,9 +1,35 @@
-"""Simulation: from commands over time to a run."""
+"""Simulation: from commands over time, or a controller in closed loop, to a run."""
 
 from trundle.simulation.casters import caster_angles
 from trundle.simulation.commands import Command
 from trundle.simulation.recording import replay, sensed_angles, write_log
 from trundle.simulation.run import Run
 from trundle.simulation.simulate import simulate
+from trundle.simulation.tracking import (
+    TRACK_METHODS,
+    Controller,
+    Function,
+    Jit,
+    Law,
+    Measurement,
+    Reference,
+    track,
+)
 
-__all__ = ["Command", "Run", "caster_angles", "replay", "sensed_angles", "simulate", "write_log"]
+__all__ = [
+    "TRACK_METHODS",
+    "Command",
+    "Controller",
+    "Function",
+    "Jit",
+    "Law",
+    "Measurement",
+    "Reference",
+    "Run",
+    "caster_angles",
+    "replay",
+    "sensed_angles",
+    "simulate",
+    "track",
+    "write_log",
+]

@@ -6,9 +6,9 @@ import csv
 import dataclasses
 import zipfile
 import zlib
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,9 @@ from trundle.se2 import Array, step_arrays
 _BROKEN = (csv.Error, zipfile.BadZipFile, zlib.error)
 _POSE = ("x", "y", "psi")
 _TWIST = ("u", "v", "r")
+_FORCE = ("F_x", "F_y", "M_z")
+_FLAT = ("t", "energy", "work")  # one number for each time
+_NAMES = ("driven", "steered", "reports")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +38,18 @@ class Run:
         driven: names of the n driven wheels.
         steered: names of the s steered wheels.
 
+    Runs in closed loop have more, None elsewhere:
+
+    Attributes:
+        desired: (T + 1, 3) poses of the trajectory.
+        error: (T + 1, 3) desired minus actual, the heading by the shorter way round.
+        torques: (T, n) of the motors at the wheels, within their limits [N m].
+        force: (T, 3) commanded F_x, F_y, M_z in the inertial frame [N, N, N m].
+        energy: (T + 1,) kinetic energy [J].
+        work: (T + 1,) work of the motors since the start [J].
+        saturated: (T, n) true where a motor was at its limit.
+        reports: what went wrong, a sentence each.
+
     >>> from trundle import load, simulate
     >>> run = simulate(load("omni3"), wheel_speeds=[0.5, 0.5, 0.5], duration=3.0, dt=0.1)
     >>> round(float(run.pose[-1, 2]), 9)
@@ -49,6 +64,14 @@ class Run:
     wheel_angles: Array
     driven: tuple[str, ...]
     steered: tuple[str, ...]
+    desired: Array | None = None
+    error: Array | None = None
+    torques: Array | None = None
+    force: Array | None = None
+    energy: Array | None = None
+    work: Array | None = None
+    saturated: Array | None = None
+    reports: tuple[str, ...] = ()
 
     def __eq__(self, other: object) -> bool:
         """Return whether the other is a run with the same names and numbers."""
@@ -79,7 +102,8 @@ class Run:
     def save(self, path: str | Path) -> Path:
         """Write the run to a ``.csv`` or ``.npz`` file and return its path.
 
-        The CSV has one row per time; the last row has no commands.
+        The CSV has one row per time; the last row has no commands. Reports stand in the first rows
+        of a last column.
 
         Raises:
             FileError: the file cannot be written, or its name has another ending.
@@ -115,61 +139,82 @@ class Run:
             ) from None
 
 
-def _blocks(run: Run) -> list[tuple[str, tuple[str, ...], Array]]:
-    """Return the columns of the CSV: prefix, names and values of each block."""
+# What runs in closed loop have, and others do not.
+_LATER = {field.name for field in dataclasses.fields(Run) if field.default is not MISSING}
+
+
+class _Block(NamedTuple):
+    """Columns of the CSV: a field of the run, and what its columns are called."""
+
+    field: str
+    prefix: str
+    names: tuple[str, ...]
+    per_step: bool = False  # one row less than there are times
+
+
+def _blocks(driven: tuple[str, ...], steered: tuple[str, ...]) -> list[_Block]:
     return [
-        ("", ("t",), run.t[:, None]),
-        ("", _POSE, run.pose),
-        ("wheel_angle:", run.driven, run.wheel_angles),
-        ("", _TWIST, run.twist),
-        ("wheel_speed:", run.driven, run.wheel_speeds),
-        ("steering:", run.steered, run.steering),
+        _Block("t", "", ("t",)),
+        _Block("pose", "", _POSE),
+        _Block("wheel_angles", "wheel_angle:", driven),
+        _Block("twist", "", _TWIST, per_step=True),
+        _Block("wheel_speeds", "wheel_speed:", driven, per_step=True),
+        _Block("steering", "steering:", steered, per_step=True),
+        _Block("desired", "desired:", _POSE),
+        _Block("error", "error:", _POSE),
+        _Block("torques", "torque:", driven, per_step=True),
+        _Block("force", "", _FORCE, per_step=True),
+        _Block("energy", "", ("energy",)),
+        _Block("work", "", ("work",)),
+        _Block("saturated", "saturated:", driven, per_step=True),
     ]
 
 
 def _to_csv(run: Run, path: Path) -> None:
-    blocks = _blocks(run)
+    blocks = [b for b in _blocks(run.driven, run.steered) if getattr(run, b.field) is not None]
+    header = [block.prefix + name for block in blocks for name in block.names]
+    tables = [np.asarray(getattr(run, block.field), dtype=np.float64) for block in blocks]
+    columns = [(t if t.ndim == 2 else t[:, None]).tolist() for t in tables]
+    reports = [*run.reports, *[""] * len(run.t)] if run.reports else []
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([prefix + name for prefix, names, _ in blocks for name in names])
-        columns = [values.tolist() for _, _, values in blocks]
-        for k in range(len(run.t) - 1):
-            writer.writerow([repr(value) for block in columns for value in block[k]])
-        ends = [
-            block[-1] if len(block) == len(run.t) else [""] * values.shape[1]
-            for block, (_, _, values) in zip(columns, blocks, strict=True)
-        ]
-        writer.writerow([value for end in ends for value in end])
+        writer.writerow(header + ["report"] * bool(reports))
+        for k in range(len(run.t)):
+            row: list[str] = []
+            for table, block in zip(columns, blocks, strict=True):
+                row += map(repr, table[k]) if k < len(table) else [""] * len(block.names)
+            writer.writerow(row + reports[k : k + 1])
 
 
 def _from_csv(path: Path) -> Run:
     with path.open(newline="", encoding="utf-8") as file:
         header, *rows = csv.reader(file)
-    table = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows])
-
-    def block(prefix: str, names: tuple[str, ...]) -> Array:
-        return table[:, [header.index(prefix + name) for name in names]]
+    reports: tuple[str, ...] = ()
+    if header[-1] == "report":
+        reports = tuple(row[-1] for row in rows if row[-1])
+        header, rows = header[:-1], [row[:-1] for row in rows]
+    cells = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows])
 
     def named(prefix: str) -> tuple[str, ...]:
         return tuple(n.removeprefix(prefix) for n in header if n.startswith(prefix))
 
     driven, steered = named("wheel_speed:"), named("steering:")
-    return Run(
-        t=block("", ("t",))[:, 0],
-        pose=block("", _POSE),
-        twist=block("", _TWIST)[:-1],
-        wheel_speeds=block("wheel_speed:", driven)[:-1],
-        steering=block("steering:", steered)[:-1],
-        wheel_angles=block("wheel_angle:", driven),
-        driven=driven,
-        steered=steered,
-    )
+    values: dict[str, Any] = {}
+    for block in _blocks(driven, steered):
+        names = [block.prefix + name for name in block.names]
+        if block.field in _LATER and not set(names) <= set(header):
+            continue
+        table = cells[: -1 if block.per_step else None, [header.index(name) for name in names]]
+        values[block.field] = table[:, 0] if block.field in _FLAT else table
+    if "saturated" in values:
+        values["saturated"] = values["saturated"].astype(bool)
+    return Run(driven=driven, steered=steered, reports=reports, **values)
 
 
 def _to_npz(run: Run, path: Path) -> None:
     values = {field.name: getattr(run, field.name) for field in dataclasses.fields(run)}
-    values |= {name: np.array(values[name], dtype=str) for name in ("driven", "steered")}
-    np.savez_compressed(path, **values)
+    values |= {name: np.array(values[name], dtype=str) for name in _NAMES}
+    np.savez_compressed(path, **{k: v for k, v in values.items() if v is not None})
 
 
 def _from_npz(path: Path) -> Run:
@@ -177,6 +222,7 @@ def _from_npz(path: Path) -> Run:
         held = np.load(file, allow_pickle=False)
         if not isinstance(held, np.lib.npyio.NpzFile):
             raise ValueError("it holds one array")
-        values: dict[str, Any] = {f.name: held[f.name] for f in dataclasses.fields(Run)}
-    values |= {name: tuple(values[name].tolist()) for name in ("driven", "steered")}
+        names = [f.name for f in dataclasses.fields(Run) if f.name in held or f.name not in _LATER]
+        values: dict[str, Any] = {name: held[name] for name in names}
+    values |= {name: tuple(values[name].tolist()) for name in _NAMES if name in values}
     return Run(**values)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from numbers import Real
-
 import numpy as np
 import numpy.typing as npt
 
@@ -15,11 +12,8 @@ from trundle.se2 import Array
 from trundle.simulation.commands import Command, Samples, length, sample
 from trundle.simulation.integrators import METHODS
 from trundle.simulation.run import Run
+from trundle.simulation.times import step_times
 
-# A duration that misses a whole number of steps by less is that number: 0.1 is no binary number.
-_WHOLE = 1e-9
-# A run of this many steps fills 4 GB.
-_MOST_STEPS = 2e7
 # Steps multiplied together. BLAS would share longer products out among threads, which wait for
 # each other wherever other work holds a core, longer than one thread takes for all of it.
 _BLOCK = 16384
@@ -59,6 +53,7 @@ def simulate(
     Raises:
         TrundleError: a command, duration, step or method is not usable; the message says why.
 
+    >>> import math
     >>> from trundle import load
     >>> run = simulate(load("differential"), twist=[1.0, 0.0, 1.0], duration=math.pi, dt=0.1)
     >>> run.pose[-1].round(9).tolist()  # half a circle of radius 1 m
@@ -75,7 +70,7 @@ def simulate(
         raise TrundleError(f"pose must be three numbers (x, y, psi), got shape {start.shape}")
     given = {"wheel_speeds": wheel_speeds, "twist": twist, "steering": steering}
     rows = next((n for n in map(length, given.values(), given) if n is not None), None)
-    t = _times(duration, dt, rows)
+    t = step_times(duration, dt, rows)
     kinematics = Kinematics(robot)
     if twist is not None:
         speeds, angles = _from_twist(kinematics, sample(twist, t, 3, "twist"))
@@ -88,26 +83,6 @@ def simulate(
             raise TrundleError(f"robot {robot.name!r} steers: give steering, the angles of {names}")
         angles = sample(held, t, len(robot.steered), "steering")
     return _run(kinematics, speeds, angles, t, start, method)
-
-
-def _times(duration: float | None, dt: float, rows: int | None) -> Array:
-    if not (isinstance(dt, Real) and math.isfinite(dt) and dt > 0):
-        raise TrundleError(f"dt must be a positive number of seconds, got {dt!r}")
-    if duration is None:
-        if rows is None:
-            raise TrundleError("give a duration: these commands do not tell how long they last")
-        return np.arange(rows + 1, dtype=np.float64) * dt
-    if not (isinstance(duration, Real) and math.isfinite(duration) and duration > 0):
-        raise TrundleError(f"duration must be a positive number of seconds, got {duration!r}")
-    if duration / dt > _MOST_STEPS:
-        raise TrundleError(
-            f"{duration:g} s in steps of {dt:g} s are more than {_MOST_STEPS:g} steps: "
-            "take longer steps"
-        )
-    steps = max(math.ceil(duration / dt - _WHOLE), 1)
-    t = np.arange(steps + 1, dtype=np.float64) * dt
-    t[-1] = duration
-    return t
 
 
 def _from_twist(kinematics: Kinematics, twist: Samples) -> tuple[Samples, Samples]:

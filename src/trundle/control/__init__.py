@@ -1,0 +1,17 @@
+"""Control: from what is measured and wanted to forces, torques and twists."""
+
+from trundle.control.pose import PD, ComputedTorque
+from trundle.control.reduced import ReducedComputedTorque
+from trundle.control.tracking import GoToPose, Kanayama
+from trundle.simulation import Controller, Measurement, Reference
+
+__all__ = [
+    "PD",
+    "ComputedTorque",
+    "Controller",
+    "GoToPose",
+    "Kanayama",
+    "Measurement",
+    "ReducedComputedTorque",
+    "Reference",
+]

@@ -1,0 +1,223 @@
+"""What a trajectory demands of a robot, over time and at another pace."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from trundle.dynamics import Dynamics
+from trundle.kinematics import Kinematics
+from trundle.motion import Course
+from trundle.robot import Robot, missing_masses
+from trundle.se2 import Array
+
+
+class Motion(NamedTuple):
+    """A robot's motion along a trajectory at T times, as its wheels allow it."""
+
+    t: Array  # (T,)
+    twist: Array  # (T, 3) that the wheels can give
+    acceleration: Array  # (T, 3) u_dot, v_dot, r_dot
+    miss: Array  # (T, 3) twist of the trajectory minus the one that the wheels can give
+    steering: Array  # (T, s)
+    steering_rate: Array  # (T, s)
+
+    def at_pace(self, stretch: float) -> Motion:
+        """Return the same path when it is run through in ``stretch`` times the time."""
+        return self._replace(
+            t=self.t * stretch,
+            twist=self.twist / stretch,
+            acceleration=self.acceleration / stretch**2,
+            steering_rate=self.steering_rate / stretch,
+        )
+
+
+class Demand(NamedTuple):
+    """One quantity of some wheels along a trajectory, and its limits.
+
+    Attributes:
+        name: what it is.
+        unit: its unit.
+        wheels: names of the k wheels that have a limit.
+        values: (T, k).
+        limits: (k,) largest magnitude.
+        share: (T, k) of the limit that is used; above 1 the limit is exceeded.
+        stretch: factor by which time must be stretched to keep the limit: below 1 there is time
+            to spare, inf where no pace will do.
+    """
+
+    name: str
+    unit: str
+    wheels: tuple[str, ...]
+    values: Array
+    limits: Array
+    share: Array
+    stretch: float
+
+
+def motion_of(robot: Robot, course: Course, t: Array) -> Motion:
+    """Return the motion of a robot along a course at times (T,)."""
+    kinematics = Kinematics(robot)
+    asked, rising = body_twists(course)
+    found = kinematics.inverse(asked, limit=False)
+    steering = found.steering
+    if robot.steered:
+        steering = kinematics.steady_steering(found.twist)
+        rising = rising - _rate(found.residual, t)
+    else:
+        rising = rising - kinematics.inverse(rising, limit=False).residual
+    return Motion(t, found.twist, rising, found.residual, steering, _rate(steering, t))
+
+
+def body_twists(course: Course) -> tuple[Array, Array]:
+    """Return the twists (T, 3) along a course and their rates (T, 3), in the body frame."""
+    psi = course.position[:, 2]
+    c, s, r = np.cos(psi), np.sin(psi), course.velocity[:, 2]
+    (x, y), (x_dot, y_dot) = course.velocity[:, :2].T, course.acceleration[:, :2].T
+    u, v = c * x + s * y, c * y - s * x
+    a_u, a_v = c * x_dot + s * y_dot + r * v, c * y_dot - s * x_dot - r * u
+    return np.stack([u, v, r], axis=-1), np.stack([a_u, a_v, course.acceleration[:, 2]], axis=-1)
+
+
+def _rate(values: Array, t: Array) -> Array:
+    """Return the time derivative (T, k) of sampled values (T, k)."""
+    if values.size == 0 or len(t) < 2:
+        return np.zeros_like(values)
+    return np.asarray(np.gradient(values, t, axis=0))
+
+
+def demands(robot: Robot, motion: Motion) -> list[Demand]:
+    """Return every quantity of the motion for which the robot has a limit."""
+    found = [
+        _wheel_speed(robot, motion),
+        _wheel_acceleration(robot, motion),
+        _steering_angle(robot, motion),
+        _steering_rate(robot, motion),
+    ]
+    if not missing_masses(robot):
+        dynamics = Dynamics(robot)
+        found += [_torque(robot, dynamics, motion), _friction(robot, dynamics, motion)]
+    return [each for each in found if each is not None]
+
+
+def _speeds(robot: Robot, motion: Motion) -> Array:
+    steering = motion.steering if robot.steered else None
+    return Kinematics(robot).rolling_speeds(motion.twist, steering)
+
+
+def _wheel_speed(robot: Robot, motion: Motion) -> Demand | None:
+    limits = [wheel.max_speed for wheel in robot.driven]
+    values, names = _speeds(robot, motion), [wheel.name for wheel in robot.driven]
+    return _plain("wheel speed", "rad/s", names, values, limits, power=1)
+
+
+def _wheel_acceleration(robot: Robot, motion: Motion) -> Demand | None:
+    limits = [wheel.max_acceleration for wheel in robot.driven]
+    if robot.steered:
+        values = _rate(_speeds(robot, motion), motion.t)
+    else:
+        values = Kinematics(robot).rolling_speeds(motion.acceleration)
+    names = [wheel.name for wheel in robot.driven]
+    return _plain("wheel acceleration", "rad/s^2", names, values, limits, power=2)
+
+
+def _steering_rate(robot: Robot, motion: Motion) -> Demand | None:
+    limits = [wheel.steering_rate for wheel in robot.steered]
+    names = [wheel.name for wheel in robot.steered]
+    return _plain("steering rate", "rad/s", names, motion.steering_rate, limits, power=1)
+
+
+def _steering_angle(robot: Robot, motion: Motion) -> Demand | None:
+    # Angles between a least and a largest one: counted from the middle of the range.
+    ranges = [wheel.steering_range for wheel in robot.steered]
+    known = [high - low < np.inf for low, high in ranges]
+    limits = [(high - low) / 2 if k else None for (low, high), k in zip(ranges, known, strict=True)]
+    middle = [(high + low) / 2 if k else 0.0 for (low, high), k in zip(ranges, known, strict=True)]
+    names = [wheel.name for wheel in robot.steered]
+    return _plain("steering angle", "rad", names, motion.steering - middle, limits, power=0)
+
+
+def _plain(
+    name: str, unit: str, names: list[str], values: Array, limits: list[float | None], power: int
+) -> Demand | None:
+    """Return a demand that falls with a power of the stretch, or None without limits."""
+    kept = [i for i, limit in enumerate(limits) if limit is not None]
+    if not kept:
+        return None
+    bounds = np.array([limits[i] for i in kept], dtype=np.float64)
+    share = np.abs(values[:, kept]) / bounds
+    most = float(share.max(initial=0.0))
+    stretch = (np.inf if most > 1 else 0.0) if power == 0 else most ** (1 / power)
+    wheels = tuple(names[i] for i in kept)
+    return Demand(name, unit, wheels, values[:, kept], bounds, share, float(stretch))
+
+
+def _torque(robot: Robot, dynamics: Dynamics, motion: Motion) -> Demand | None:
+    largest, stall, slope = dynamics.torque_limits
+    kept = np.isfinite(np.minimum(largest, stall))
+    if not kept.any():
+        return None
+
+    def use(stretch: float) -> tuple[Array, Array]:
+        at = motion.at_pace(stretch)
+        values = _torques(robot, dynamics, at)[:, kept]
+        back = (slope * _speeds(robot, at))[:, kept]
+        by_voltage = np.abs(values + back) / stall[kept]
+        return values, np.maximum(np.abs(values) / largest[kept], by_voltage)
+
+    values, share = use(1.0)
+    names = tuple(w.name for w, k in zip(robot.driven, kept, strict=True) if k)
+    limits = np.minimum(largest, stall)[kept]
+    return Demand("torque", "N m", names, values, limits, share, _stretch(use))
+
+
+def _torques(robot: Robot, dynamics: Dynamics, motion: Motion) -> Array:
+    if robot.steered:
+        return dynamics.torques(
+            motion.twist, motion.acceleration, motion.steering, motion.steering_rate
+        )
+    return dynamics.torques(motion.twist, motion.acceleration)
+
+
+def _friction(robot: Robot, dynamics: Dynamics, motion: Motion) -> Demand | None:
+    """The coefficient of friction that the wheels need, for what pushes and what holds them."""
+    limits = [getattr(wheel, "friction", None) for wheel in robot.wheels]
+    kept = [i for i, limit in enumerate(limits) if limit is not None]
+    if not kept:
+        return None
+    bounds = np.array([limits[i] for i in kept], dtype=np.float64)
+
+    def use(stretch: float) -> tuple[Array, Array]:
+        at = motion.at_pace(stretch)
+        torques = _torques(robot, dynamics, at)
+        steered = (at.steering, at.steering_rate) if robot.steered else ()
+        needed = dynamics.ground_forces(at.twist, torques, *steered).friction[:, kept]
+        return needed, needed / bounds
+
+    values, share = use(1.0)
+    names = tuple(robot.wheels[i].name for i in kept)
+    return Demand("friction with the ground", "", names, values, bounds, share, _stretch(use))
+
+
+# Stretches between which the one that just keeps a limit is looked for, and how closely.
+_FASTEST, _SLOWEST, _CLOSE = 1e-3, 1e4, 1e-9
+
+
+def _stretch(use: Callable[[float], tuple[Array, Array]]) -> float:
+    """Return the least stretch at which no limit is exceeded, by bisection."""
+
+    def over(log: float) -> bool:
+        share = use(float(np.exp(log)))[1]
+        return not bool((share <= 1).all())  # nan counts as exceeded
+
+    low, high = float(np.log(_FASTEST)), float(np.log(_SLOWEST))
+    if over(high):
+        return np.inf
+    if not over(low):
+        return 0.0
+    while high - low > _CLOSE:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if over(middle) else (low, middle)
+    return float(np.exp(high))
