@@ -12,7 +12,6 @@ from trundle.motion import Course
 from trundle.se2 import Array
 from trundle.simulation.tracking.compiled import Constants
 from trundle.simulation.tracking.laws import Law, make_evaluate
-from trundle.simulation.tracking.loops import COLUMNS
 
 # Ten digits: what is compared with the other methods has errors far above.
 _RELATIVE, _ABSOLUTE = 1e-10, 1e-12
@@ -21,9 +20,14 @@ _TIMES_PER_STEP = 10
 
 
 def run_adaptive(
-    law: Law, desired: Callable[[float], Course], constants: Constants, t: Array, start: Array
-) -> tuple[Array, int]:
-    """Return the notes (15, T + 1) of the closed loop, and how many steps it made.
+    law: Law,
+    desired: Callable[[float], Course],
+    constants: Constants,
+    t: Array,
+    start: Array,
+    notes: Array,
+) -> int:
+    """Run a closed loop and return how many steps it made.
 
     The method is DOP853 of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I,
     2nd edition, 1993, section II.5. No step is longer than ten of the times, so that no feature of
@@ -35,6 +39,7 @@ def run_adaptive(
         constants: of law, body and wheels.
         t: (T + 1,) times [s].
         start: (6,) pose and twist.
+        notes: (15, T + 1), to be filled.
     """
     from scipy.integrate import solve_ivp
 
@@ -58,8 +63,7 @@ def run_adaptive(
         slope, (t[0], t[-1]), start, method="DOP853", t_eval=t, rtol=_RELATIVE, atol=_ABSOLUTE,
         events=lost, max_step=_TIMES_PER_STEP * float(np.diff(t).max()),
     )  # fmt: skip
-    notes = np.empty((COLUMNS, len(t)))
     for k, state in enumerate(found.y.T):
         _, _, _, X, Y, Z, *error, c, s = at(float(t[k]), state)
         notes[:, k] = (*state, X, Y, Z, c * X - s * Y, s * X + c * Y, Z, *error)
-    return notes, found.y.shape[1] - 1
+    return int(found.y.shape[1]) - 1

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import importlib.util
+from array import array
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from trundle.motion import Course
 from trundle.se2 import Array
 from trundle.simulation.tracking.laws import Function, Law
-from trundle.simulation.tracking.loops import COLUMNS, make_loop
+from trundle.simulation.tracking.loops import COLUMNS, into_columns, into_rows, make_loop
 
 # Python's floats take some five microseconds an evaluation, compiling takes about a second, once
 # for each law and method.
@@ -39,20 +40,28 @@ def _compiled(method: str, law: Law, hindered: bool) -> Function:
 
     # Inlined before compiling: a third faster to compile and to run than calls.
     part = numba.njit(error_model="numpy", inline="always", no_cpython_wrapper=True)
-    made: Function = numba.njit(error_model="numpy")(make_loop(method, law, hindered, part))
+    made: Function = numba.njit(error_model="numpy")(
+        make_loop(method, law, hindered, into_columns, part)
+    )
     return made
 
 
 @cache
 def plain_loop(method: str, law: Law, hindered: bool) -> Function:
     """Return the loop of a method for a law in Python's floats."""
-    return make_loop(method, law, hindered, lambda function: function)
+    return make_loop(method, law, hindered, into_rows, lambda function: function)
 
 
 def run_loop(
-    method: str, law: Law, course: Course, constants: Constants, dts: Array, start: Array
-) -> tuple[Array, int]:
-    """Return the notes (15, T + 1) of a closed loop and how many steps it made.
+    method: str,
+    law: Law,
+    course: Course,
+    constants: Constants,
+    dts: Array,
+    start: Array,
+    notes: Array,
+) -> int:
+    """Run a closed loop and return how many steps it made.
 
     Args:
         method: one of ``LOOPS``.
@@ -61,18 +70,31 @@ def run_loop(
         constants: of law, body and wheels.
         dts: (T,) steps [s].
         start: (6,) pose and twist.
+        notes: (15, T + 1) contiguous, to be filled.
     """
-    size = len(dts) + 1
-    if len(course.position) >= _WORTH_COMPILING and importlib.util.find_spec("numba"):
-        gains, body, wheels, *rest = constants
-        flat = (np.ascontiguousarray(each).ravel() for each in course)
-        lists = (np.array(each) for each in (gains, body, wheels))
-        notes = np.empty(COLUMNS * size)
-        steps = _compiled(method, law, constants.hindered)(*flat, *lists, *rest, dts, start, notes)
-    else:
-        listed = [0.0] * (COLUMNS * size)
-        flat_lists: Any = (each.ravel().tolist() for each in course)
-        loop = plain_loop(method, law, constants.hindered)
-        steps = loop(*flat_lists, *constants, dts.tolist(), start.tolist(), listed)
-        notes = np.array(listed)
-    return notes.reshape(COLUMNS, size), steps
+    if len(course.position) < _WORTH_COMPILING or not importlib.util.find_spec("numba"):
+        return run_plain(method, law, course, constants, dts, start, notes)
+    gains, body, wheels, *rest = constants
+    flat = (np.ascontiguousarray(each).ravel() for each in course)
+    lists = (np.array(each) for each in (gains, body, wheels))
+    loop = _compiled(method, law, constants.hindered)
+    return int(loop(*flat, *lists, *rest, dts, start, notes.reshape(-1)))
+
+
+def run_plain(
+    method: str,
+    law: Law,
+    course: Course,
+    constants: Constants,
+    dts: Array,
+    start: Array,
+    notes: Array,
+) -> int:
+    """Do what ``run_loop`` does, in Python's floats."""
+    rows = array("d")
+    flat = (each.ravel().tolist() for each in course)
+    loop = plain_loop(method, law, constants.hindered)
+    steps = loop(*flat, *constants, dts.tolist(), start.tolist(), rows)
+    made = np.frombuffer(rows).reshape(-1, COLUMNS)
+    notes[:, : len(made)] = made.T
+    return int(steps)

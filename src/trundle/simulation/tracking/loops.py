@@ -4,9 +4,8 @@ A loop takes the desired position, velocity and acceleration at every time (for 
 step), constants, the steps dt (T,), the start (x, y, psi, u, v, r) and a flat sequence for its
 notes; it returns how many steps it made: fewer than T where the motion outgrew every number.
 
-Its notes are 15 columns of T + 1 numbers, one after the other: pose (3), twist (3), force in the
-body frame (3), force in the inertial frame (3) and error (3) at the start of each step, and at the
-end.
+It notes pose (3), twist (3), force in the body frame (3), force in the inertial frame (3) and error
+(3) at the start of each step, and at the end.
 """
 
 from __future__ import annotations
@@ -21,16 +20,24 @@ COLUMNS = 15
 _ENDLESS = 1e12  # a speed [m/s, rad/s] that no motion reaches and that still squares well
 
 
-def make_loop(method: str, law: Law, hindered: bool, jit: Jit) -> Function:
-    """Return the loop of a method for a law; its parts are read by the compiler that is given."""
-    return _MAKERS[method](jit(make_evaluate(law, hindered, jit)), jit)
+def make_loop(method: str, law: Law, hindered: bool, note: Function, jit: Jit) -> Function:
+    """Return the loop of a method for a law; its parts are read by the compiler that is given.
+
+    Args:
+        method: one of ``LOOPS``.
+        law: the control law.
+        hindered: whether limits and friction stand between command and body.
+        note: how states are kept, ``into_columns`` or ``into_rows``.
+        jit: the compiler.
+    """
+    return _MAKERS[method](jit(make_evaluate(law, hindered, jit)), jit(note), jit)
 
 
-def note(
+def into_columns(
     notes: Any, k: int, size: int, x: float, y: float, psi: float, u: float, v: float, r: float,
     X: float, Y: float, Z: float, e_x: float, e_y: float, e_psi: float, c: float, s: float,
 ) -> None:  # fmt: skip
-    """Write one state into the columns."""
+    """Write a state into 15 columns of ``size`` numbers, one after the other."""
     notes[k], notes[k + size], notes[k + 2 * size] = x, y, psi
     notes[k + 3 * size], notes[k + 4 * size], notes[k + 5 * size] = u, v, r
     notes[k + 6 * size], notes[k + 7 * size], notes[k + 8 * size] = X, Y, Z
@@ -39,9 +46,16 @@ def note(
     notes[k + 13 * size], notes[k + 14 * size] = e_y, e_psi
 
 
-def _make_lecture(evaluate: Function, jit: Jit) -> Function:
+def into_rows(
+    notes: Any, _k: int, _size: int, x: float, y: float, psi: float, u: float, v: float, r: float,
+    X: float, Y: float, Z: float, e_x: float, e_y: float, e_psi: float, c: float, s: float,
+) -> None:  # fmt: skip
+    """Append a state to a growing sequence, as a row of 15 numbers: quicker in Python."""
+    notes.extend((x, y, psi, u, v, r, X, Y, Z, c * X - s * Y, s * X + c * Y, Z, e_x, e_y, e_psi))
+
+
+def _make_lecture(evaluate: Function, write: Function, _: Jit) -> Function:
     """q_dot' = q_dot + dt q_ddot,  q' = q + dt q_dot + dt^2 q_ddot / 2: the lectures' step."""
-    write = jit(note)
 
     def loop(
         at: Any, going: Any, rising: Any, gains: Any, body: Any, wheels: Any, count: int,
@@ -78,9 +92,9 @@ def _make_lecture(evaluate: Function, jit: Jit) -> Function:
     return loop
 
 
-def _make_semi_implicit(evaluate: Function, jit: Jit) -> Function:
+def _make_semi_implicit(evaluate: Function, write: Function, jit: Jit) -> Function:
     """Zeta' = zeta + dt zeta_dot, and the exact arc of the new twist zeta'."""
-    write, arc = jit(note), jit(se2.step)
+    arc = jit(se2.step)
 
     def loop(
         at: Any, going: Any, rising: Any, gains: Any, body: Any, wheels: Any, count: int,
@@ -108,12 +122,11 @@ def _make_semi_implicit(evaluate: Function, jit: Jit) -> Function:
     return loop
 
 
-def _make_rk4(evaluate: Function, jit: Jit) -> Function:
+def _make_rk4(evaluate: Function, write: Function, _: Jit) -> Function:
     """Return the loop of the classical Runge-Kutta method on pose and twist.
 
     The reference has rows at t_0, t_0 + dt / 2, t_1, ...: 2 T + 1 of them.
     """
-    write = jit(note)
 
     def loop(
         at: Any, going: Any, rising: Any, gains: Any, body: Any, wheels: Any, count: int,

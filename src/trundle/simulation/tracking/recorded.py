@@ -8,6 +8,7 @@ import numpy as np
 
 from trundle.se2 import Array
 from trundle.simulation.run import Run
+from trundle.simulation.tracking.loops import COLUMNS
 from trundle.simulation.tracking.plant import Plant
 
 # Torques that are cut off by less than rounding are not cut off.
@@ -18,8 +19,8 @@ class Motion(NamedTuple):
     """What a closed loop did in k <= T steps."""
 
     steps: int  # k
-    notes: Array  # (15, T + 1): pose, twist, force in the body and the inertial frame, error
-    asked: Array  # (n, k) torques that the commands ask of the wheels [N m]
+    block: Array  # (15 + 3 n + 2, T + 1): the loop's notes, and room for what follows from them
+    asked: Array | None = None  # (n, k) torques commanded [N m], where not the least for the force
 
 
 def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
@@ -31,17 +32,30 @@ def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
         t: (T + 1,) times asked [s].
         desired: (T + 1, 3) poses of the trajectory.
     """
-    steps, dynamics = motion.steps, plant.dynamics
+    steps, dynamics, n = motion.steps, plant.dynamics, len(plant.G)
     done = t[: steps + 1]
-    # Whole columns stand together in memory, so sums go along them.
-    pose, twist, _, force, error = motion.notes[:, : steps + 1].reshape(5, 3, -1)
-    speeds = product(plant.G, twist)
-    torques, saturated = motion.asked, np.zeros((len(speeds), steps), dtype=bool)
+    # Whole columns stand together in memory, all of them in one block that is quick to come by.
+    pose, twist, body_force, force, error, speeds, angles, torques = np.split(
+        motion.block[:-2, : steps + 1], [3, 6, 9, 12, 15, 15 + n, 15 + 2 * n]
+    )
+    energy, work = motion.block[-2:, : steps + 1]
+    product(plant.G, twist, out=speeds)
+    torques, saturated = torques[:, :-1], np.zeros((n, steps), dtype=bool)
+    if motion.asked is None:
+        product(plant.allocation, body_force[:, :-1], out=torques)
+    else:
+        torques[:] = motion.asked
     if dynamics.torque_limits.any:
-        asked = torques
-        torques = dynamics.torque_limits.held(asked.T, speeds[:, :-1].T).T
-        saturated = np.abs(torques - asked) > _ROUNDING * np.maximum(np.abs(asked), 1.0)
-    turns = 0.5 * (speeds[:, 1:] + speeds[:, :-1]) * np.diff(done)
+        held = dynamics.torque_limits.held(torques.T, speeds[:, :-1].T).T
+        saturated = np.abs(held - torques) > _ROUNDING * np.maximum(np.abs(torques), 1.0)
+        torques[:] = held
+    turns = angles[:, 1:]
+    np.add(speeds[:, 1:], speeds[:, :-1], out=turns)
+    turns *= 0.5 * np.diff(done)
+    work[0], angles[:, 0] = 0.0, 0.0
+    np.cumsum(np.einsum("it,it->t", torques, turns), out=work[1:])
+    np.cumsum(turns, axis=1, out=turns)
+    np.einsum("it,ij,jt->t", twist, 0.5 * plant.here.M, twist, out=energy)
     names = tuple(wheel.name for wheel in dynamics.robot.driven)
     return Run(
         t=done,
@@ -49,27 +63,32 @@ def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
         twist=twist[:, :-1].T,
         wheel_speeds=speeds[:, :-1].T,
         steering=np.zeros((steps, 0)),
-        wheel_angles=sums(turns).T,
+        wheel_angles=angles.T,
         driven=names,
         steered=(),
         desired=desired[: steps + 1],
         error=error.T,
         torques=torques.T,
         force=force[:, :-1].T,
-        energy=0.5 * (product(plant.here.M, twist) * twist).sum(axis=0),
-        work=sums((torques * turns).sum(axis=0)),
+        energy=energy,
+        work=work,
         saturated=saturated.T,
         reports=tuple(_reports(t, steps, saturated, error, names)),
     )
 
 
-def product(matrix: Array, columns: Array) -> Array:
-    """Return matrix (k, 3) times columns (3, T).
+def new_block(wheels: int, times: int) -> Array:
+    """Return a block for the motion of a robot with so many driven wheels at so many times."""
+    return np.empty((COLUMNS + 3 * wheels + 2, times))
+
+
+def product(matrix: Array, columns: Array, out: Array) -> Array:
+    """Write matrix (k, 3) times columns (3, T) into ``out`` (k, T), and return it.
 
     Not by BLAS, which shares long products out among threads: they wait for each other wherever
     other work holds a core, longer than one thread takes for all of it.
     """
-    return np.asarray(np.einsum("ij,jt->it", matrix, columns))
+    return np.asarray(np.einsum("ij,jt->it", matrix, columns, out=out))
 
 
 def sums(steps: Array) -> Array:

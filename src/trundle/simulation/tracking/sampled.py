@@ -13,11 +13,11 @@ from trundle.errors import ShapeError, TrundleError
 from trundle.motion import Course
 from trundle.se2 import Array
 from trundle.simulation.tracking.adaptive import run_adaptive
-from trundle.simulation.tracking.compiled import plain_loop
+from trundle.simulation.tracking.compiled import run_plain
 from trundle.simulation.tracking.laws import Function, Jit
 from trundle.simulation.tracking.loops import COLUMNS
 from trundle.simulation.tracking.plant import Plant
-from trundle.simulation.tracking.recorded import Motion
+from trundle.simulation.tracking.recorded import Motion, new_block
 from trundle.simulation.tracking.signals import Controller, Measurement, reference
 
 
@@ -48,7 +48,8 @@ def run_sampled(
     """
     T, n = len(t) - 1, len(plant.G)
     stride = (len(course.position) - 1) // T
-    notes, asked = np.empty((COLUMNS, T + 1)), np.empty((n, T))
+    block, asked = new_block(n, T + 1), np.empty((n, T))
+    notes = block[:COLUMNS]
     state, memory, steps = start, None, T
     for k in range(T):
         part = Course(*(each[stride * k : stride * (k + 1) + 1] for each in course))
@@ -62,7 +63,7 @@ def run_sampled(
         # What the wheels do not allow is rounding, or the lecture's straight step.
         notes[3:6, k + 1] = plant.here.allowed @ made[3:6, 1]
         state = notes[:6, k + 1].copy()
-    return Motion(steps, notes, asked[:, :steps])
+    return Motion(steps, block, asked[:, :steps])
 
 
 def _call(
@@ -117,13 +118,12 @@ def _hold(
 ) -> tuple[Array, int]:
     """Return the notes (15, 2) of a step under a held force, and 0 where the motion outgrew it."""
     constants = plant.constants(force.tolist(), plain)
+    notes = np.empty((COLUMNS, 2))
     if method == "adaptive":
-        start, end = Course(*(e[:1] for e in part)), Course(*(e[-1:] for e in part))
-        return run_adaptive(
-            held, lambda time: end if time >= times[1] else start, constants, times, state
+        first, last = Course(*(e[:1] for e in part)), Course(*(e[-1:] for e in part))
+        moved = run_adaptive(
+            held, lambda time: last if time >= times[1] else first, constants, times, state, notes
         )
-    notes = [0.0] * (2 * COLUMNS)
-    flat = (each.ravel().tolist() for each in part)
-    loop = plain_loop(method, held, constants.hindered)
-    moved = loop(*flat, *constants, np.diff(times).tolist(), state.tolist(), notes)
-    return np.array(notes).reshape(COLUMNS, 2), moved
+    else:
+        moved = run_plain(method, held, part, constants, np.diff(times), state, notes)
+    return notes, moved

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from trundle.motion import Course
 from trundle.se2 import Array
-from trundle.simulation.tracking.compiled import Constants, plain_loop
+from trundle.simulation.tracking.compiled import Constants, run_plain
 from trundle.simulation.tracking.laws import Law
 from trundle.simulation.tracking.loops import COLUMNS
 
@@ -40,14 +41,13 @@ def instability(method: str, law: Law, constants: Constants, dt: float) -> str:
 
 def _growth(method: str, law: Law, constants: Constants, dt: float) -> float:
     """Return the largest magnitude of the eigenvalues of one step, at rest on the reference."""
-    loop = plain_loop(method, law, constants.hindered)
-    at_rest = [0.0] * 9
+    at_rest = Course(*(np.zeros((3, 3)) for _ in range(3)))
     resting = constants._replace(wraps=0.0)
 
     def after(state: Array) -> Array:
-        notes = [0.0] * (2 * COLUMNS)
-        loop(at_rest, at_rest, at_rest, *resting, [dt], state.tolist(), notes)
-        return np.array(notes[1:12:2])
+        notes = np.full((COLUMNS, 2), np.inf)
+        run_plain(method, law, at_rest, resting, np.array([dt]), state, notes)
+        return notes[:6, 1]
 
     nudges = _NUDGE * np.eye(6)
     step = np.stack([(after(d) - after(-d)) / (2 * _NUDGE) for d in nudges], axis=-1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +20,9 @@ from trundle.simulation.times import step_times
 from trundle.simulation.tracking.adaptive import run_adaptive
 from trundle.simulation.tracking.compiled import run_loop
 from trundle.simulation.tracking.kinematic import track_twist
-from trundle.simulation.tracking.loops import LOOPS
+from trundle.simulation.tracking.loops import COLUMNS, LOOPS
 from trundle.simulation.tracking.plant import Plant, plant_of
-from trundle.simulation.tracking.recorded import Motion, motion_run, product
+from trundle.simulation.tracking.recorded import Motion, motion_run, new_block
 from trundle.simulation.tracking.sampled import run_sampled
 from trundle.simulation.tracking.signals import Controller
 from trundle.simulation.tracking.stability import instability
@@ -167,12 +168,16 @@ def _dynamic(
     if law is None:
         return run_sampled(controller, plant, task.course, task.t, task.plain, start, method)
     constants = plant.constants(controller.constants.tolist(), task.plain)  # type: ignore[attr-defined]
+    block = new_block(len(plant.G), len(task.t))
+    notes = block[:COLUMNS]
     if method == "adaptive":
-        notes, steps = run_adaptive(
-            law, lambda time: sample(trajectory, [time]), constants, task.t, start
-        )
-    else:
-        if told := instability(method, law, constants, float(task.t[1] - task.t[0])):
-            warnings.warn(told, StabilityWarning, stacklevel=4)
-        notes, steps = run_loop(method, law, task.course, constants, np.diff(task.t), start)
-    return Motion(steps, notes, product(plant.allocation, notes[6:9, :steps]))
+        at = partial(_course_at, trajectory)
+        return Motion(run_adaptive(law, at, constants, task.t, start, notes), block)
+    if told := instability(method, law, constants, float(task.t[1] - task.t[0])):
+        warnings.warn(told, StabilityWarning, stacklevel=4)
+    steps = run_loop(method, law, task.course, constants, np.diff(task.t), start, notes)
+    return Motion(steps, block)
+
+
+def _course_at(trajectory: AnyTrajectory, time: float) -> Course:
+    return sample(trajectory, [time])
