@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from trundle.cli import describe, files, maps, replay, showcase, simulation
+from trundle.cli import derive, describe, files, maps, replay, showcase, simulation, tracking
 from trundle.cli.numbers import NumbersCommand
 from trundle.cli.output import err
 from trundle.errors import TrundleError
@@ -49,6 +49,8 @@ for command in (
     maps.forward,
     maps.inverse,
     simulation.simulate,
+    tracking.track,
+    derive.derive,
     replay.odometry,
     showcase.demo,
 ):

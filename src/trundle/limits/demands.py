@@ -58,7 +58,9 @@ class Demand(NamedTuple):
 
 
 def motion_of(robot: Robot, course: Course, t: Array) -> Motion:
-    """Return the motion of a robot along a course at times (T,)."""
+    """Return the motion of a robot along a course at times (T,), whatever its limits."""
+    if robot.steered:
+        robot = robot.with_wheels(steering_min=None, steering_max=None)
     kinematics = Kinematics(robot)
     asked, rising = body_twists(course)
     found = kinematics.inverse(asked, limit=False)

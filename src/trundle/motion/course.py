@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from numbers import Real
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -68,11 +69,13 @@ def length(trajectory: AnyTrajectory, duration: float | None) -> float:
     """Return the duration that is given, else the trajectory's own [s].
 
     Raises:
-        TrundleError: there is neither.
+        TrundleError: there is neither, or it is not a positive number.
     """
     own = getattr(trajectory, "duration", None) if duration is None else duration
     if own is None:
         raise TrundleError("give a duration: this trajectory does not tell how long it lasts")
+    if isinstance(own, bool) or not isinstance(own, Real) or not 0 < float(own) < np.inf:
+        raise TrundleError(f"duration must be a positive number of seconds, got {own!r}")
     return float(own)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,16 +20,19 @@ from trundle.errors import TrundleError
 from trundle.robot import Robot, SwedishWheel
 from trundle.se2 import Array
 from trundle.simulation import Run
+from trundle.view.along import draw_desired, steps_in_view
 from trundle.view.drawing import Shape, place, repaint, robot_shapes
 from trundle.view.encode import write_gif, write_mp4
 from trundle.view.files import target_of
 from trundle.view.motion import Motion, at_times
+from trundle.view.pace import pace
 from trundle.view.style import (
     BLUE,
     FAINT,
     INK,
     LABEL,
     MUTED,
+    ORANGE,
     SMALL,
     fit,
     new_figure,
@@ -38,8 +40,6 @@ from trundle.view.style import (
     style_axes,
 )
 
-_MOST_FRAMES = 150
-_SHORTEST, _LONGEST = 2.5, 15.0  # a run that is over sooner or later is shown slower or faster [s]
 _GIF_TICK = 0.01  # GIF counts in hundredths of a second
 # A robot that is smaller than this share of the picture gets a close-up beside it.
 _SMALL = 0.2
@@ -95,45 +95,6 @@ def animate(
     return target
 
 
-@dataclass(frozen=True)
-class Pace:
-    """Which times of a run are shown (F,) [s], for how long each [s], and how fast time passes."""
-
-    times: Array
-    delay: float
-    speed: float
-
-
-def pace(run: Run, fps: float, seconds: float | None = None, tick: float = 0.0) -> Pace:
-    """Return the pace of an animation.
-
-    Without ``seconds`` time passes as it does, if that takes from 2.5 s to 15 s; over 150 frames,
-    each is shown longer.
-
-    Args:
-        run: the run.
-        fps: frames per second.
-        seconds: length of the animation [s].
-        tick: what a delay is a multiple of [s]; 0 for any.
-
-    >>> from trundle import load, simulate
-    >>> run = simulate(load("omni3"), wheel_speeds=[1.0, 1.0, 1.0], duration=30.0)
-    >>> found = pace(run, 20, tick=0.01)
-    >>> len(found.times), found.delay, found.speed
-    (150, 0.1, 2.0)
-    """
-    start, end = float(run.t[0]), float(run.t[-1])
-    length, delay = seconds, 1 / fps
-    if length is None:
-        length = min(max(end - start, _SHORTEST), _LONGEST)
-        delay = max(delay, length / _MOST_FRAMES)
-    if tick:
-        # Players take a delay below 0.02 s for a slip of the pen.
-        delay = max(math.ceil(delay / tick - 1e-9), 2) * tick
-    count = max(round(length / delay), 2)
-    return Pace(np.linspace(start, end, count), delay, (end - start) / (count * delay))
-
-
 def _counted(
     frames: Iterator[Image.Image], count: int, progress: Progress | None
 ) -> Iterator[Image.Image]:
@@ -150,8 +111,9 @@ class Stage:
         self.motion = motion
         self._shapes = [robot_shapes(robot, s, "top", marked=True) for s in motion.stances]
         self.figure = new_figure(8.0, 5.6)
-        put_title(self.figure, robot.name, _notes(robot, speed))
-        bounds = _bounds(run, self._shapes[0])
+        seen = steps_in_view(robot, run)
+        put_title(self.figure, robot.name, _notes(robot, run, speed, seen))
+        bounds = _bounds(run, self._shapes[0], seen)
         self.closeup = _reach(self._shapes[0]) < _SMALL * float(np.ptp(bounds, axis=0).max())
         self.axes = self.figure.add_axes((0.115, 0.12, 0.425 if self.closeup else 0.855, 0.705))
         style_axes(self.axes, "x [m]", "y [m]")
@@ -160,9 +122,24 @@ class Stage:
         self._way = np.column_stack([run.t, run.pose[:, :2]])[::skip]
         self.trail = Line2D([], [], color=BLUE, linewidth=2.0, zorder=1.5, animated=True)
         self.axes.add_line(self.trail)
+        self._wanted, self.ring = self._desired(run)
         self.robot = _moving(self.axes)
         self.near = _moving(_closeup(self.figure, self._shapes[0])) if self.closeup else None
         self.clock = self._clock()
+
+    def _desired(self, run: Run) -> tuple[Array, Line2D | None]:
+        """Draw the trajectory, and return where on it (F, 2) the robot should be, and a ring."""
+        if run.desired is None:
+            return np.empty((0, 2)), None
+        self.axes.autoscale(False)
+        draw_desired(self.axes, run.desired)
+        ring = Line2D(
+            [], [], marker="o", markersize=11, markerfacecolor="none", markeredgecolor=ORANGE,
+            markeredgewidth=2.2, linestyle="", zorder=4, animated=True,
+        )  # fmt: skip
+        self.axes.add_line(ring)
+        t = self.motion.t
+        return np.column_stack([np.interp(t, run.t, run.desired[:, i]) for i in (0, 1)]), ring
 
     def _clock(self) -> Text:
         return self.figure.text(
@@ -188,10 +165,14 @@ class Stage:
         self.trail.set_data(*np.vstack([gone, pose[:2]]).T)
         repaint(self.robot, self._shapes[k], pose)
         self.clock.set_text(f"t = {t:.1f} s")
-        if self.near is None:
-            return [self.trail, self.robot, self.clock]
-        repaint(self.near, self._shapes[k], (0.0, 0.0, 0.0))
-        return [self.trail, self.robot, self.near, self.clock]
+        moving: list[Artist] = [self.trail, self.robot]
+        if self.ring is not None:
+            self.ring.set_data(*self._wanted[[k]].T)
+            moving.append(self.ring)
+        if self.near is not None:
+            repaint(self.near, self._shapes[k], (0.0, 0.0, 0.0))
+            moving.append(self.near)
+        return [*moving, self.clock]
 
     def sample(self) -> Image.Image:
         """Return a picture that holds all colours of the film."""
@@ -208,7 +189,7 @@ def _moving(axes: Axes) -> PolyCollection:
     return artist
 
 
-def _notes(robot: Robot, speed: float) -> list[str]:
+def _notes(robot: Robot, run: Run, speed: float, seen: int) -> list[str]:
     notes = []
     if not math.isclose(speed, 1.0, rel_tol=0.02):
         times = f"{speed:.2g} times faster" if speed > 1 else f"{1 / speed:.2g} times slower"
@@ -216,6 +197,10 @@ def _notes(robot: Robot, speed: float) -> list[str]:
     swedish = any(isinstance(wheel, SwedishWheel) for wheel in robot.wheels)
     notes.append("seen from above" + (", the tops of the rollers" if swedish else ""))
     notes.append("yellow: one mark on each wheel")
+    if run.desired is not None:
+        notes.append("dashed: desired, ring: where to be")
+    if seen < len(run.t):
+        notes.append(f"lost at t = {run.t[seen]:.4g} s")
     return notes
 
 
@@ -224,12 +209,14 @@ def _reach(shapes: list[Shape]) -> float:
     return float(np.ptp(points, axis=0).max())
 
 
-def _bounds(run: Run, shapes: list[Shape]) -> tuple[Array, Array]:
-    """Return the corners of a box that the robot never leaves."""
+def _bounds(run: Run, shapes: list[Shape], seen: int) -> tuple[Array, Array]:
+    """Return the corners of a box that the robot does not leave until it is lost."""
     points = np.vstack([each.points for each in shapes if each.part in ("body", "wheel")])
-    skip = max(len(run.pose) // 400, 1)
-    poses = np.vstack([run.pose[::skip], run.pose[-1:]])
+    poses = run.pose[:seen]
+    poses = np.vstack([poses[:: max(seen // 400, 1)], poses[-1:]])
     swept = np.vstack([place(points, pose) for pose in poses])
+    if run.desired is not None:
+        swept = np.vstack([swept, run.desired[:, :2]])
     return swept.min(axis=0), swept.max(axis=0)
 
 

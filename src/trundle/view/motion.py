@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trundle.errors import TrundleError
+from trundle.kinematics import robot_of
 from trundle.robot import CasterWheel, Robot, RollingWheel, Wheel
 from trundle.se2 import Array, point_twist
 from trundle.simulation import Run, caster_angles
@@ -57,8 +58,9 @@ def check_same(robot: Robot, run: Run) -> None:
     """Raise where a run was not made with a robot like this one.
 
     Raises:
-        TrundleError: its driven or steered wheels have other names.
+        TrundleError: its driven or steered wheels have other names, or this is no robot.
     """
+    robot_of(robot)
     for words, wheels, names in (
         ("driven", robot.driven, run.driven),
         ("steered", robot.steered, run.steered),

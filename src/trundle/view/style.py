@@ -16,6 +16,8 @@ from trundle.se2 import Array
 BLUE, ORANGE, GREEN, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9"
 INK, MUTED, FAINT, GRID = "#222222", "#666666", "#A8ADB3", "#E8EAED"
 BODY_FACE, BODY_EDGE = "#F4F5F7", "#8A9097"
+SERIES = (BLUE, ORANGE, GREEN, PURPLE, SKY, "#E69F00", INK, FAINT)  # several lines in one picture
+DASHES = (5.5, 2.0, 1.2, 2.0)  # of what is desired, in every picture
 
 TITLE, LABEL, TICK, SMALL = 16.0, 13.0, 11.5, 11.0
 DPI = 100
@@ -61,7 +63,7 @@ def put_title(figure: Figure, title: str, notes: Sequence[str] = ()) -> None:
             lines[-1] = longer
     figure.text(
         left, 1 - 0.56 / height, "\n".join(lines), fontsize=SMALL, color=MUTED, va="top",
-        linespacing=1.35, gid="note",
+        linespacing=1.35, gid="note", parse_math=False,
     )  # fmt: skip
 
 

@@ -1,0 +1,155 @@
+"""``trundle track``: the lectures' numbers from the command line, its files, and its refusals."""
+
+import json
+
+import numpy as np
+import pytest
+
+from trundle.cli.app import run
+from trundle.simulation import Run
+
+# The table of the lectures' motion control is printed with five digits.
+DIGITS = 1e-4
+LECTURE = [
+    *("--heading", "lecture", "--method", "lecture", "--dt", "0.1", "--duration", "60"),
+    *("--mass", "30", "--inertia", "0.1", "--com", "0", "0"),
+]
+
+
+@pytest.fixture
+def trundle(capsys, monkeypatch):
+    """Run the command; return exit code, stdout and stderr."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*args):
+        code = run([str(arg) for arg in args])
+        told = capsys.readouterr()
+        return code, told.out, told.err
+
+    return call
+
+
+@pytest.fixture
+def ask(trundle):
+    """Run the command with --json and return the one value on stdout."""
+
+    def call(*args):
+        code, out, _ = trundle(*args, "--json")
+        assert code == 0
+        return json.loads(out)
+
+    return call
+
+
+# Largest |error| of x and y, PD and computed torque, of the lectures' second part.
+TABLE = {
+    "circle": (7.4813e-3, 7.4813e-3, 3.4913e-5, 3.4913e-5),
+    "via-stop": (3.2190e-3, 3.1215e-3, 1.0370e-5, 1.0370e-5),
+    "via": (3.2190e-3, 1.6137e-3, 1.0370e-5, 2.5926e-6),
+    "ellipse": (7.4813e-3, 4.9875e-3, 3.4913e-5, 2.3275e-5),
+    "lissajous": (2.9704e-2, 7.4813e-3, 2.7723e-4, 3.4913e-5),
+}
+
+
+@pytest.mark.parametrize("path", TABLE)
+def test_the_lectures_table(ask, path):
+    runs = ask("track", "omni3", "--path", path, "--compare", *LECTURE)["runs"]
+    got = [
+        runs[law][f"largest error of {axis}"] for law in ("pd", "computed-torque") for axis in "xy"
+    ]
+    np.testing.assert_allclose(got, TABLE[path], rtol=DIGITS)
+
+
+def test_a_wrong_mass_in_the_model(ask):
+    told = ask("track", "omni3", "--controller", "computed-torque", "--model-mass", 36, *LECTURE)
+    largest = told["runs"]["computed-torque"]["largest error of x"]
+    assert largest == pytest.approx(1.2467e-3, rel=DIGITS)
+
+
+def test_files_are_left(trundle, tmp_path):
+    code, out, _ = trundle(
+        "track", "omni3", "--compare", "--duration", 2, "--dt", 0.05, "--out", tmp_path / "new"
+    )
+    assert code == 0
+    names = {path.name for path in (tmp_path / "new").iterdir()}
+    assert names == {
+        "pd.csv", "pd.png", "pd.gif", "computed-torque.csv", "computed-torque.png",
+        "computed-torque.gif", "trajectory.png", "comparison.png",
+    }  # fmt: skip
+    assert all(name in "".join(out.split()) for name in names)
+    kept = Run.load(tmp_path / "new" / "pd.csv")
+    assert kept.error.shape == (41, 3)
+
+
+@pytest.mark.parametrize(
+    ("robot", "controller"),
+    [
+        ("omni3", "computed-torque"),
+        ("mecanum", "computed-torque"),
+        ("differential", "kanayama"),
+        ("ackermann", "kanayama"),
+        ("skid_steer", "kanayama"),
+        ("swerve", "kanayama"),
+    ],
+)
+def test_a_controller_that_suits_is_taken(ask, robot, controller):
+    told = ask("track", robot, "--duration", 1, "--dt", 0.05)
+    assert list(told["runs"]) == [controller]
+    assert told["runs"][controller]["largest error of x"] < 1e-6
+
+
+def test_a_file_is_a_path(ask, tmp_path):
+    path = tmp_path / "mine.csv"
+    t = np.linspace(0, 10, 51)
+    np.savetxt(path, np.stack([t, 0.2 * t, 0 * t], -1), delimiter=",", header="t,x,y", comments="")
+    told = ask("track", "differential", "--path", path, "--controller", "kanayama")
+    assert told["runs"]["kanayama"]["rms distance"] < 1e-3
+
+
+def test_go_to_pose_ends_at_the_end(ask, tmp_path):
+    args = ["--path", "line", "--controller", "go-to-pose", "--pose", "0", "1", "0"]
+    ask("track", "differential", *args, "--out", tmp_path, "--animation", "none")
+    end = Run.load(tmp_path / "go-to-pose.csv").pose[-1]
+    np.testing.assert_allclose(end, [4.0, 0.0, 0.0], atol=0.02)
+
+
+def test_limits_are_told(trundle, tmp_path):
+    robot = tmp_path / "weak.toml"
+    assert trundle("init", robot, "--like", "omni3")[0] == 0
+    text = robot.read_text().replace('kind = "omni"', 'kind = "omni"\nmax_torque = 0.05')
+    robot.write_text(text)
+    code, out, _ = trundle("track", robot, "--duration", 5, "--stretch", 0.3)
+    assert code == 0
+    assert "torque limits" in out
+    assert "stretch time by" in out
+
+
+def test_a_step_too_long_is_told(ask):
+    told = ask("track", "omni3", "--controller", "pd", "--dt", 2, "--duration", 8)
+    assert any("too long for these gains" in note for note in told["notes"])
+
+
+@pytest.mark.parametrize(
+    ("args", "expected"),
+    [
+        (["omni3", "--path", "cirle"], "did you mean 'circle'?"),
+        (["omni3", "--controller", "pid"], "no controller 'pid'"),
+        (["differential", "--controller", "pd"], "its wheels can push it in 2 of 3 ways"),
+        (["swerve", "--controller", "computed-torque"], "steers"),
+        (["omni3", "--method", "ode45"], "method must be one of"),
+        (["omni3", "--heading", "north"], "is not a number"),
+        (["omni3", "--animation", "avi"], "--animation takes"),
+        (["omni3", "--controller", "pd", "--compare"], "not both"),
+        (["differential", "--kp", "1", "1", "1"], "--kp and --kd belong to"),
+        (["omni3", "--kp", "1", "-1", "1"], "kp must not be negative"),
+        (["omni3", "--controller", "go-to-pose", "--model-mass", "3"], "--model-mass belongs to"),
+        (["omni3", "--mass", "-3"], "must be positive"),
+        (["omni3", "--path", "nowhere.csv"], "nowhere.csv"),
+        (["omni3", "--duration", "1e9"], "more than"),
+    ],
+)
+def test_bad_input_is_told(trundle, args, expected):
+    code, _, err = trundle("track", *args)
+    assert code == 2
+    assert expected in err
+    assert "Traceback" not in err
