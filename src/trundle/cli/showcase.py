@@ -1,4 +1,4 @@
-"""``trundle demo``: the lectures' drives in motion, and a log replayed."""
+"""``trundle demo``: the lectures' drives in motion, a log replayed, controllers compared."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ import typer
 
 from trundle.cli import options
 from trundle.cli.output import folder, heading, print_json, progress, sentence, table
+from trundle.control import PD, ComputedTorque, Controller
 from trundle.kinematics import mobility
+from trundle.motion import circle
 from trundle.odometry import Score, read_log, score
 from trundle.robot import Encoder, Robot, RollingWheel, load
-from trundle.simulation import Run, replay, simulate, write_log
+from trundle.simulation import Run, replay, simulate, track, write_log
 
 # Where the lectures' simulations start.
 _START = (0.5, 0.5, math.pi / 4)
@@ -71,7 +73,7 @@ def demo(
     ] = Path("gallery"),
     as_json: options.Json = False,
 ) -> None:
-    """Simulate the lectures' drives, replay a log, and leave a gallery of pictures.
+    """Simulate the lectures' drives, replay a log, track a circle, and leave a gallery.
 
     Example: `trundle demo --out gallery`
     """
@@ -81,7 +83,7 @@ def demo(
     drawn: set[str] = set()
     rows = []
     with progress(as_json) as bar:
-        task = bar.add_task("drawing the gallery", total=len(_SCENES) + 1)
+        task = bar.add_task("drawing the gallery", total=len(_SCENES) + 2)
         for scene in _SCENES:
             robot = load(scene.robot)
             run = simulate(robot, **scene.commands, duration=scene.duration, dt=0.05, pose=_START)
@@ -102,8 +104,11 @@ def demo(
         error, made = _replay(target)
         files += made
         bar.advance(task)
+        largest, made = _second_part(target)
+        files += made
+        bar.advance(task)
     if as_json:
-        print_json({"files": files, "replay": vars(error)})
+        print_json({"files": files, "replay": vars(error), "tracking": largest})
         return
     heading("Simulated, from the pose (0.5, 0.5, 45 deg)")
     table(["", "class", "what it shows", "end x, y, heading"], rows, left=4)
@@ -112,11 +117,18 @@ def demo(
         f"{error.distance:.2f} m driven; odometry ends {1000 * error.end_error:.2f} mm off "
         f"({error.end_percent:.1g} %)"
     )
+    heading("Controlled: the lectures' circle, omni3 with 30 kg, steps of 0.1 s")
+    sentence(
+        "largest error "
+        + ", ".join(f"{1000 * value:.4g} mm by {name}" for name, value in largest.items())
+    )
     heading(f"{len(files)} files in {target}")
     sentence("NAME.gif and NAME_path.png for each row above: the robot in motion")
     sentence("ROBOT_layout.png: the robot from above, with rollers, force lines and centre")
     sentence("ROBOT_eta.png: pose over time; ROBOT_reachable.png: the twists within the limits")
     sentence("log.csv and replay.png: the log, and its path over the truth")
+    sentence("tracking.png: PD and computed torque side by side")
+    sentence("omni3_derived.html: its equations, from the wheels to M and n")
 
 
 def _draw(robot: Robot, run: Run, name: str, target: Path) -> list[Path]:
@@ -163,3 +175,25 @@ def _replay(target: Path) -> tuple[Score, list[Path]]:
     replayed = replay(robot, log, log.truth[0])
     figure = plot_path(robot, replayed, log.truth)
     return score(replayed.pose, log.truth), [log_file, save(figure, target / "replay.png")]
+
+
+def _second_part(target: Path) -> tuple[dict[str, float], list[Path]]:
+    """Leave the lectures' second part: controllers compared, and the equations derived."""
+    from trundle.symbolic import document, render_html
+    from trundle.view import plot_comparison, save
+
+    robot = load("omni3").with_body(mass=30.0, inertia=0.1, com=(0.0, 0.0))
+    path = circle(radius=3.0, rate=0.1)
+    laws: dict[str, Controller] = {
+        "PD": PD([120, 120, 0.4], [120, 120, 0.4]),
+        "computed torque": ComputedTorque([4] * 3, [4] * 3),
+    }
+    runs = {
+        name: track(robot, path, law, duration=60.0, dt=0.1, method="lecture")
+        for name, law in laws.items()
+    }
+    page = target / "omni3_derived.html"
+    page.write_text(render_html(document(robot, steps=True)), encoding="utf-8")
+    files = [save(plot_comparison(robot, runs), target / "tracking.png"), page]
+    errors = {name: run.error for name, run in runs.items() if run.error is not None}
+    return {name: float(abs(error[:, 0]).max()) for name, error in errors.items()}, files

@@ -49,9 +49,9 @@ def computed_torque_law(jit: Jit) -> Function:
         a_u, a_v = a_u + r * v, a_v - r * u  # the body frame turns
         b_x, b_y, b_z = bias(k[12], k[13], k[14], u, v, r)
         return (
-            k[6] * a_u + k[7] * a_v + k[8] * a_r + b_x + k[15] * u + k[16] * v + k[17] * r,
-            k[7] * a_u + k[9] * a_v + k[10] * a_r + b_y + k[16] * u + k[18] * v + k[19] * r,
-            k[8] * a_u + k[10] * a_v + k[11] * a_r + b_z + k[17] * u + k[19] * v + k[20] * r,
+            (k[6] * a_u + k[7] * a_v + k[8] * a_r) + (b_x + k[15] * u + k[16] * v + k[17] * r),
+            (k[7] * a_u + k[9] * a_v + k[10] * a_r) + (b_y + k[16] * u + k[18] * v + k[19] * r),
+            (k[8] * a_u + k[10] * a_v + k[11] * a_r) + (b_z + k[17] * u + k[19] * v + k[20] * r),
         )
 
     return law

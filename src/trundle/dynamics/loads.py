@@ -39,10 +39,11 @@ def wheel_loads(robot: Robot) -> Array:
     for _ in range(_MOST_ROUNDS):
         sink, *_ = np.linalg.lstsq(at.T[:, standing] @ at[standing], wanted, rcond=_ROUNDING)
         depth = at @ sink
-        lifted = (depth > _ROUNDING * weight) != standing
-        if not lifted.any():
+        # A wheel that carries nothing stays as it is, up or down.
+        still = np.where(np.abs(depth) <= _ROUNDING * weight, standing, depth > 0)
+        if (still == standing).all():
             break
-        standing = depth > _ROUNDING * weight
-    loads = np.where(standing, depth, 0.0)
+        standing = still
+    loads = np.where(standing & (depth > _ROUNDING * weight), depth, 0.0)
     balanced = np.abs(at.T @ loads - wanted).max() <= _ROUNDING * weight
     return np.asarray(loads) if balanced else np.full(len(place), np.nan)

@@ -7,11 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trundle.dynamics import Dynamics
+from trundle.dynamics import Dynamics, friction_torque, wheel_loads
 from trundle.kinematics import Kinematics
 from trundle.motion import Course
-from trundle.robot import Robot, missing_masses
-from trundle.se2 import Array
+from trundle.robot import Robot, RollingWheel, missing_masses
+from trundle.se2 import Array, Mask
+
+# A robot stands below this speed [m/s, rad/s]: there a wheel's direction is rounding.
+_STANDS = 1e-9
+# A larger change of angle from one time to the next is a turn at standstill [rad].
+_JUMP = 0.02
 
 
 class Motion(NamedTuple):
@@ -23,6 +28,7 @@ class Motion(NamedTuple):
     miss: Array  # (T, 3) twist of the trajectory minus the one that the wheels can give
     steering: Array  # (T, s)
     steering_rate: Array  # (T, s)
+    swings: Array  # (k, 2) times and angles of turns that wheels make at standstill
 
     def at_pace(self, stretch: float) -> Motion:
         """Return the same path when it is run through in ``stretch`` times the time."""
@@ -64,13 +70,32 @@ def motion_of(robot: Robot, course: Course, t: Array) -> Motion:
     kinematics = Kinematics(robot)
     asked, rising = body_twists(course)
     found = kinematics.inverse(asked, limit=False)
-    steering = found.steering
-    if robot.steered:
-        steering = kinematics.steady_steering(found.twist)
-        rising = rising - _rate(found.residual, t)
-    else:
+    if not robot.steered:
         rising = rising - kinematics.inverse(rising, limit=False).residual
-    return Motion(t, found.twist, rising, found.residual, steering, _rate(steering, t))
+        none = np.zeros((len(t), 0))
+        return Motion(t, found.twist, rising, found.residual, none, none, np.zeros((0, 2)))
+    rising = rising - _rate(found.residual, t)
+    moving = np.abs(found.twist).max(axis=1) > _STANDS
+    steering = kinematics.steady_steering(found.twist)
+    # Before it first moves, a robot steers to where it goes.
+    steering[: int(moving.argmax())] = steering[int(moving.argmax())]
+    rate, swings = _steering_rates(steering, moving, t)
+    return Motion(t, found.twist, rising, found.residual, steering, rate, swings)
+
+
+def _steering_rates(steering: Array, moving: Mask, t: Array) -> tuple[Array, Array]:
+    """Return steering rates (T, s), and the turns (k, 2) that wheels make at standstill.
+
+    A wheel holds its angle where the robot stands; where it goes on in another direction, the
+    angle jumps, at a rate that only tells how closely one looks.
+    """
+    change = np.diff(steering, axis=0)
+    jumps = ~moving[:-1, None] & (np.abs(change) > _JUMP)
+    at = np.flatnonzero(jumps.any(axis=1))
+    swings = np.stack([t[at], np.abs(change[at]).max(axis=1, initial=0.0)], axis=-1)
+    change[jumps] = 0.0
+    smooth = np.vstack([np.zeros(steering.shape[1]), np.cumsum(change, axis=0)])
+    return _rate(smooth, t), swings
 
 
 def body_twists(course: Course) -> tuple[Array, Array]:
@@ -141,6 +166,9 @@ def _steering_angle(robot: Robot, motion: Motion) -> Demand | None:
     return _plain("steering angle", "rad", names, motion.steering - middle, limits, power=0)
 
 
+_LOCKED = 1e-9  # angle by which a locked wheel may differ [rad]
+
+
 def _plain(
     name: str, unit: str, names: list[str], values: Array, limits: list[float | None], power: int
 ) -> Demand | None:
@@ -149,7 +177,9 @@ def _plain(
     if not kept:
         return None
     bounds = np.array([limits[i] for i in kept], dtype=np.float64)
-    share = np.abs(values[:, kept]) / bounds
+    used = np.abs(values[:, kept])
+    # A wheel that is locked (a range of one angle) has a limit of zero.
+    share = np.where(bounds > 0, used / np.where(bounds > 0, bounds, 1.0), used / _LOCKED)
     most = float(share.max(initial=0.0))
     stretch = (np.inf if most > 1 else 0.0) if power == 0 else most ** (1 / power)
     wheels = tuple(names[i] for i in kept)
@@ -161,11 +191,17 @@ def _torque(robot: Robot, dynamics: Dynamics, motion: Motion) -> Demand | None:
     kept = np.isfinite(np.minimum(largest, stall))
     if not kept.any():
         return None
+    rolling = [wheel for wheel in robot.wheels if isinstance(wheel, RollingWheel)]
+    driven = [wheel.driven for wheel in rolling]
+    coulomb = dynamics.friction_coefficients[1][driven]
 
     def use(stretch: float) -> tuple[Array, Array]:
         at = motion.at_pace(stretch)
-        values = _torques(robot, dynamics, at)[:, kept]
-        back = (slope * _speeds(robot, at))[:, kept]
+        speeds = _speeds(robot, at)
+        # Slow wheels feel the whole of Coulomb friction, which the dynamics smooth.
+        felt = coulomb * np.sign(speeds) - friction_torque(0.0, coulomb, speeds, np.sqrt)
+        values = (_torques(robot, dynamics, at) + felt)[:, kept]
+        back = (slope * speeds)[:, kept]
         by_voltage = np.abs(values + back) / stall[kept]
         return values, np.maximum(np.abs(values) / largest[kept], by_voltage)
 
@@ -187,7 +223,7 @@ def _friction(robot: Robot, dynamics: Dynamics, motion: Motion) -> Demand | None
     """The coefficient of friction that the wheels need, for what pushes and what holds them."""
     limits = [getattr(wheel, "friction", None) for wheel in robot.wheels]
     kept = [i for i, limit in enumerate(limits) if limit is not None]
-    if not kept:
+    if not kept or np.isnan(wheel_loads(robot)).any():
         return None
     bounds = np.array([limits[i] for i in kept], dtype=np.float64)
 
@@ -208,18 +244,16 @@ _FASTEST, _SLOWEST, _CLOSE = 1e-3, 1e4, 1e-9
 
 
 def _stretch(use: Callable[[float], tuple[Array, Array]]) -> float:
-    """Return the least stretch at which no limit is exceeded, by bisection."""
+    """Return the least stretch at which no limit is exceeded."""
+    from scipy.optimize import brentq
 
-    def over(log: float) -> bool:
-        share = use(float(np.exp(log)))[1]
-        return not bool((share <= 1).all())  # nan counts as exceeded
+    def over(log: float) -> float:
+        # The logarithm of what grows like a power is nearly straight.
+        return float(np.log(max(use(float(np.exp(log)))[1].max(), 1e-300)))
 
     low, high = float(np.log(_FASTEST)), float(np.log(_SLOWEST))
-    if over(high):
+    if over(high) > 0:
         return np.inf
-    if not over(low):
+    if over(low) <= 0:
         return 0.0
-    while high - low > _CLOSE:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if over(middle) else (low, middle)
-    return float(np.exp(high))
+    return float(np.exp(brentq(over, low, high, xtol=_CLOSE)))

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import final
 
 import numpy as np
 
+from trundle.dynamics import wheel_loads
 from trundle.errors import TrundleError
 from trundle.kinematics import robot_of
 from trundle.limits.demands import Demand, demands, motion_of
 from trundle.motion import AnyTrajectory, length, sample
-from trundle.robot import Robot
+from trundle.robot import Robot, missing_masses
 from trundle.se2 import Array
 
 # A twist missed by less [m/s, rad/s] is rounding, or the step between two times.
 _MISSED = 1e-6
-# A trajectory that was stretched by the factor asked keeps its limits to rounding.
-_KEPT = 1 + 1e-9
+# The largest of samples is a little less than the largest of all: this much over a limit is kept.
+_KEPT = 1 + 1e-3
 _MOST_TIMES = 2_000_000
 
 
@@ -31,6 +33,9 @@ class Feasibility:
         demands: each quantity for which the robot has a limit, with its own stretch.
         miss: (T, 3) how the trajectory moves in the body frame and the wheels cannot:
             (u, v, r) [m/s, m/s, rad/s].
+        swings: (k, 2) times [s] at which the robot stands and its wheels would have to turn at
+            once, and by how much [rad].
+        tips: whether the body would tip over, so that friction cannot be told.
         stretch: factor by which time must be stretched so that every limit is kept; below 1
             there is time to spare, 0 without limits, inf where no pace will do.
 
@@ -44,6 +49,8 @@ class Feasibility:
     t: Array
     demands: tuple[Demand, ...]
     miss: Array
+    swings: Array
+    tips: bool
     stretch: float
 
     @property
@@ -54,7 +61,7 @@ class Feasibility:
     @property
     def feasible(self) -> bool:
         """Whether the robot can follow the trajectory as it is."""
-        return self.follows and self.stretch <= _KEPT
+        return self.follows and self.stretch <= _KEPT and not self.tips and len(self.swings) == 0
 
     @property
     def reports(self) -> tuple[str, ...]:
@@ -62,6 +69,14 @@ class Feasibility:
         told = []
         if not self.follows:
             told.append(_missed(self.t, self.miss))
+        if len(self.swings):
+            time, angle = self.swings[int(self.swings[:, 1].argmax())]
+            told.append(
+                f"At t = {time:.4g} s the robot stands, and a steered wheel must turn by "
+                f"{angle:.3g} rad before it goes on: the trajectory leaves no time for it."
+            )
+        if self.tips:
+            told.append("The body tips over: its centre of mass is not above its wheels.")
         told += [_exceeded(self.t, each) for each in self.demands if each.stretch > _KEPT]
         if _KEPT < self.stretch < np.inf:
             told.append(f"Stretch time by {self.stretch:.4g}: trajectory.stretched(factor).")
@@ -88,15 +103,17 @@ def feasibility(
     """
     robot_of(robot)
     seconds = length(trajectory, duration)
-    if not (np.isfinite([seconds, dt]).all() and seconds > 0 and dt > 0):
-        raise TrundleError(f"duration and dt must be positive, got {seconds!r} s and {dt!r} s")
+    if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < float(dt) < np.inf:
+        raise TrundleError(f"dt must be a positive number of seconds, got {dt!r}")
     if seconds / dt > _MOST_TIMES:
         raise TrundleError(f"{seconds:g} s every {dt:g} s are too many times: take a longer dt")
     t = np.linspace(0.0, seconds, max(round(seconds / dt), 2) + 1)
     motion = motion_of(robot, sample(trajectory, t), t)
     found = tuple(demands(robot, motion))
     stretch = max((each.stretch for each in found), default=0.0)
-    return Feasibility(t, found, motion.miss, stretch)
+    tips = not missing_masses(robot) and bool(np.isnan(wheel_loads(robot)).any())
+    swings = motion.swings if any(w.steering_rate for w in robot.steered) else np.zeros((0, 2))
+    return Feasibility(t, found, motion.miss, swings, tips, stretch)
 
 
 def _missed(t: Array, miss: Array) -> str:
@@ -112,7 +129,9 @@ def _missed(t: Array, miss: Array) -> str:
 
 def _exceeded(t: Array, demand: Demand) -> str:
     when, wheel = np.unravel_index(int(demand.share.argmax()), demand.share.shape)
-    value, limit = demand.values[when, wheel], demand.limits[wheel]
+    # At speed a motor's voltage leaves less than the limit at rest.
+    value = demand.values[when, wheel]
+    limit = abs(value) / demand.share[when, wheel]
     remedy = f"stretch time by {demand.stretch:.4g}" if demand.stretch < np.inf else "at any pace"
     return (
         f"{demand.name} of {demand.wheels[wheel]}: {abs(value):.4g} of at most {limit:.4g} "

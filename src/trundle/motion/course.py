@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from trundle.errors import ShapeError, TrundleError
 from trundle.kinematics import finite
+from trundle.motion.trajectory import Trajectory
 from trundle.se2 import Array
 
 
@@ -49,9 +50,8 @@ def sample(trajectory: AnyTrajectory, t: npt.ArrayLike) -> Course:
     >>> sample(motion.circle(1.0, 1.0), [0.0, 0.1]).velocity.shape
     (2, 3)
     """
-    together = getattr(trajectory, "sample", None)
-    if callable(together):
-        return Course(*together(t))
+    if isinstance(trajectory, Trajectory):
+        return Course(*trajectory.sample(t))
     times = finite(t, "t")
     values = []
     for name in Course._fields:
@@ -89,6 +89,10 @@ def _values(function: Callable[[Any], npt.ArrayLike], t: Array, name: str) -> Ar
     except Exception:  # noqa: BLE001  a user's function may fail in any way on an array of times
         values = first
     # With three times nobody can tell rows from columns.
-    if values.shape != (len(t), 3) or len(t) == 3:
-        values = np.array([function(float(time)) for time in t], dtype=np.float64)
-    return finite(values, f"{name}(t)", 3)
+    if values.shape == (len(t), 3) and len(t) != 3:
+        return finite(values, f"{name}(t)")
+    rows = [finite(function(float(time)), f"{name}(t)") for time in t]
+    for time, row in zip(t, rows, strict=True):
+        if row.shape != (3,):
+            raise ShapeError(f"{name}(t) must have shape (3,), got {row.shape} at t = {time:g} s")
+    return np.array(rows)

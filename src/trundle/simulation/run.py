@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import json
 import zipfile
 import zlib
 from dataclasses import MISSING, dataclass
@@ -89,6 +90,8 @@ class Run:
         it; on the straight line between two poses for the other methods.
         """
         t = np.clip(np.asarray(t, dtype=np.float64), self.t[0], self.t[-1])
+        if len(self.twist) == 0:
+            return np.broadcast_to(self.pose[0], (*t.shape, 3)).copy()
         k = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.twist) - 1)
         since, start = t - self.t[k], self.pose[k]
         moved = self.twist[k] * since[:, None]
@@ -102,8 +105,8 @@ class Run:
     def save(self, path: str | Path) -> Path:
         """Write the run to a ``.csv`` or ``.npz`` file and return its path.
 
-        The CSV has one row per time; the last row has no commands. Reports stand in the first rows
-        of a last column.
+        The CSV has one row per time; the last row has no commands. Reports stand in the first row
+        of a last column, as a JSON list.
 
         Raises:
             FileError: the file cannot be written, or its name has another ending.
@@ -175,7 +178,8 @@ def _to_csv(run: Run, path: Path) -> None:
     header = [block.prefix + name for block in blocks for name in block.names]
     tables = [np.asarray(getattr(run, block.field), dtype=np.float64) for block in blocks]
     columns = [(t if t.ndim == 2 else t[:, None]).tolist() for t in tables]
-    reports = [*run.reports, *[""] * len(run.t)] if run.reports else []
+    told = [json.dumps(run.reports, ensure_ascii=False)] if run.reports else []
+    reports = [*told, *[""] * len(run.t)] if told else []
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header + ["report"] * bool(reports))
@@ -191,7 +195,7 @@ def _from_csv(path: Path) -> Run:
         header, *rows = csv.reader(file)
     reports: tuple[str, ...] = ()
     if header[-1] == "report":
-        reports = tuple(row[-1] for row in rows if row[-1])
+        reports = tuple(json.loads(rows[0][-1]))
         header, rows = header[:-1], [row[:-1] for row in rows]
     cells = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows])
 

@@ -12,10 +12,10 @@ from trundle.motion import Course
 from trundle.se2 import Array
 from trundle.simulation.tracking.compiled import Constants
 from trundle.simulation.tracking.laws import Law, make_evaluate
+from trundle.simulation.tracking.loops import ENDLESS
 
 # Ten digits: what is compared with the other methods has errors far above.
 _RELATIVE, _ABSOLUTE = 1e-10, 1e-12
-_ENDLESS = 1e12  # as in the other loops
 _TIMES_PER_STEP = 10
 
 
@@ -48,7 +48,9 @@ def run_adaptive(
     def at(time: float, state: Array) -> Any:
         flat = (each.ravel().tolist() for each in desired(time))
         c, s = math.cos(state[2]), math.sin(state[2])
-        return *evaluate(*flat, 0, *constants, *state.tolist(), c, s), c, s
+        u, v = state[3], state[4]
+        rate = c * u - s * v, s * u + c * v
+        return *evaluate(*flat, 0, *constants, *state.tolist(), *rate, c, s), c, s
 
     def slope(time: float, state: Array) -> list[float]:
         a_u, a_v, a_r, *_, c, s = at(time, state)
@@ -56,7 +58,7 @@ def run_adaptive(
         return [c * u - s * v, s * u + c * v, r, a_u, a_v, a_r]
 
     def lost(_: float, state: Array) -> float:
-        return _ENDLESS - float(np.abs(state[3:]).sum())
+        return ENDLESS - float(np.abs(state[3:]).sum())
 
     lost.terminal = True  # type: ignore[attr-defined]
     found = solve_ivp(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-from array import array
 from functools import cache
 from typing import NamedTuple
 
@@ -22,11 +21,11 @@ _WORTH_COMPILING = 20_000
 class Constants(NamedTuple):
     """What does not change over a run: all that the loops take between reference and time."""
 
-    gains: list[float]  # of the law
-    body: list[float]  # mass, centre of mass and P
-    wheels: list[float]  # 11 for each wheel that rolls
+    gains: tuple[float, ...]  # of the law
+    body: tuple[float, ...]  # mass, centre of mass and P
+    wheels: tuple[float, ...]  # 11 for each wheel that rolls
     acting: int  # of wheels that come between command and body
-    wraps: float  # 1.0 where heading errors go the shorter way round, else 0.0
+    wraps: bool  # whether heading errors go the shorter way round
 
     @property
     def hindered(self) -> bool:
@@ -91,10 +90,9 @@ def run_plain(
     notes: Array,
 ) -> int:
     """Do what ``run_loop`` does, in Python's floats."""
-    rows = array("d")
+    rows = bytearray(8 * COLUMNS * (len(dts) + 1))
     flat = (each.ravel().tolist() for each in course)
     loop = plain_loop(method, law, constants.hindered)
     steps = loop(*flat, *constants, dts.tolist(), start.tolist(), rows)
-    made = np.frombuffer(rows).reshape(-1, COLUMNS)
-    notes[:, : len(made)] = made.T
+    notes[:] = np.frombuffer(rows).reshape(-1, COLUMNS).T
     return int(steps)

@@ -14,8 +14,9 @@ from trundle.motion import Course
 from trundle.robot import Robot, missing_masses
 from trundle.se2 import Array
 from trundle.simulation.run import Run
-from trundle.simulation.tracking.recorded import sums
-from trundle.simulation.tracking.sampled import as_command
+from trundle.simulation.tracking.loops import ENDLESS
+from trundle.simulation.tracking.recorded import ended_early, sums
+from trundle.simulation.tracking.sampled import as_command, call
 from trundle.simulation.tracking.signals import Controller, Measurement, reference
 
 # Wheel speeds scaled down by less than rounding are not scaled down.
@@ -41,13 +42,17 @@ def track_twist(
     twist, limited = np.empty((T, 3)), np.zeros(T, dtype=bool)
     speeds, angles = np.empty((T, n)), np.empty((T, s))
     pose[0], rate, memory = start[:3], start[3:], None
-    steering = _first_steering(kinematics, start)
+    first = kinematics.inverse(_start_twist(start))
+    steering, steps = first.steering, T
     for k in range(T):
         wanted = reference(course, k, plain)
         error[k] = wanted.error(pose[k])
         measurement = Measurement(float(t[k]), pose[k].copy(), rate)
-        command, memory = controller.step(memory, measurement, wanted)
+        command, memory = call(controller, memory, measurement, wanted)
         asked = as_command(command, 3, "twist")
+        if not np.abs(asked).max() < ENDLESS:
+            steps = k
+            break
         found = kinematics.inverse(asked, steering=steering if s else None)
         twist[k], speeds[k], angles[k] = found.twist, found.wheel_speeds, found.steering
         steering, limited[k] = found.steering, _was_limited(found, asked)
@@ -55,29 +60,31 @@ def track_twist(
         pose[k + 1] = se2.step(*pose[k], *((t[k + 1] - t[k]) * found.twist))
         c, sine = math.cos(pose[k + 1, 2]), math.sin(pose[k + 1, 2])
         rate = np.array([c * u - sine * v, sine * u + c * v, r])
-    error[T] = reference(course, T, plain).error(pose[T])
-    turns = sums((speeds * np.diff(t)[:, None]).T)
+    else:
+        error[T] = reference(course, T, plain).error(pose[T])
+    done, twist, speeds, angles = t[: steps + 1], twist[:steps], speeds[:steps], angles[:steps]
+    error = error[: steps + 1]
     return Run(
-        t=t,
-        pose=pose,
+        t=done,
+        pose=pose[: steps + 1],
         twist=twist,
         wheel_speeds=speeds,
         steering=angles,
-        wheel_angles=turns.T,
+        wheel_angles=sums((speeds * np.diff(done)[:, None]).T).T,
         driven=tuple(wheel.name for wheel in robot.driven),
         steered=tuple(wheel.name for wheel in robot.steered),
-        desired=course.position,
+        desired=course.position[: steps + 1],
         error=error,
-        saturated=np.repeat(limited[:, None], n, axis=1),
-        reports=tuple(_reports(limited, error)),
-        **_forces(robot, twist, angles, t, start, turns),
+        saturated=np.repeat(limited[:steps, None], n, axis=1),
+        reports=(*ended_early(t, steps), *_reports(limited[:steps], error)),
+        **_forces(robot, first, twist, speeds, angles, done),
     )
 
 
-def _first_steering(kinematics: Kinematics, start: Array) -> Array:
-    """Return the steering angles that go with the motion at the start."""
+def _start_twist(start: Array) -> Array:
+    """Return the twist (3,) in the body frame at the start."""
     u, v = to_body(math.cos(start[2]), math.sin(start[2]), start[3], start[4])
-    return kinematics.inverse([u, v, start[5]]).steering
+    return np.array([u, v, start[5]])
 
 
 def _was_limited(found: Inverse, asked: Array) -> bool:
@@ -95,21 +102,24 @@ def _reports(limited: Array, error: Array) -> list[str]:
 
 
 def _forces(
-    robot: Robot, twist: Array, angles: Array, t: Array, start: Array, turns: Array
+    robot: Robot, first: Inverse, twist: Array, speeds: Array, angles: Array, t: Array
 ) -> dict[str, Any]:
-    """Return the torques that the motion takes, the work that they do, and the kinetic energy."""
+    """Return the torques that the motion takes, the work that they do, and the kinetic energy.
+
+    Over each step the speeds go evenly from those before it to its own; energy at a time is that
+    before the step that begins there.
+    """
     if missing_masses(robot):
         return {}
-    dynamics = Dynamics(robot)
-    dt = np.diff(t)[:, None]
-    u, v = to_body(math.cos(start[2]), math.sin(start[2]), start[3], start[4])
-    before = np.vstack([[u, v, start[5]], twist[:-1]])
-    held = angles if robot.steered else None
-    steering_rate = np.diff(angles, axis=0, prepend=angles[:1]) / dt if robot.steered else None
-    torques = dynamics.torques(twist, (twist - before) / dt, held, steering_rate)
-    last = None if held is None else np.vstack([angles, angles[-1:]])
+    dynamics, dt = Dynamics(robot), np.diff(t)[:, None]
+    through = np.vstack([first.twist, twist])
+    along = np.vstack([first.steering, angles]) if robot.steered else None
+    held, steering_rate = (None, None) if along is None else (angles, np.diff(along, axis=0) / dt)
+    torques = dynamics.torques(twist, np.diff(through, axis=0) / dt, held, steering_rate)
+    every = np.vstack([first.wheel_speeds, speeds])
+    turned = 0.5 * (every[1:] + every[:-1]) * dt
     return {
         "torques": torques,
-        "work": sums((torques * np.diff(turns.T, axis=0)).sum(axis=1)),
-        "energy": dynamics.kinetic_energy(np.vstack([twist, twist[-1:]]), last),
+        "work": sums((torques * turned).sum(axis=1)),
+        "energy": dynamics.kinetic_energy(through, along),
     }

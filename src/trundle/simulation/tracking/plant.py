@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from trundle.dynamics import Dynamics, Reduced
-from trundle.robot import RollingWheel
+from trundle.robot import Robot, RollingWheel
 from trundle.se2 import Array
 from trundle.simulation.tracking.compiled import Constants
 
@@ -17,8 +18,9 @@ class Plant(NamedTuple):
 
     dynamics: Dynamics
     here: Reduced
-    body: list[float]  # mass, centre of mass (2), P (6)
-    wheels: list[float]  # 11 numbers for each wheel that rolls
+    body: tuple[float, ...]  # mass, centre of mass (2), P (6)
+    wheels: tuple[float, ...]  # 11 numbers for each wheel that rolls
+    unlimited: tuple[float, ...]  # the same without the driven wheels' limits
     acting: int  # 0 where neither limits nor friction come between command and body
     allocation: Array  # (n, 3) torques of least norm for a force on the body
 
@@ -27,18 +29,22 @@ class Plant(NamedTuple):
         """The map (n, 3) from the twist to the driven wheels' speeds."""
         return np.asarray(self.here.G[self.here.driven])
 
-    def constants(self, gains: list[float], plain: bool) -> Constants:
+    def constants(self, gains: tuple[float, ...], plain: bool, limited: bool = True) -> Constants:
         """Return the constants of a closed loop with this plant.
 
         Args:
             gains: those of the law.
             plain: whether heading errors are the plain difference.
+            limited: whether torques are cut to their limits; not where they already are.
         """
-        return Constants(gains, self.body, self.wheels, self.acting, 0.0 if plain else 1.0)
+        wheels = self.wheels if limited else self.unlimited
+        return Constants(gains, self.body, wheels, self.acting, not plain)
 
 
-def plant_of(dynamics: Dynamics) -> Plant:
+@lru_cache(maxsize=32)
+def plant_of(robot: Robot) -> Plant:
     """Return the constants of a robot that does not steer."""
+    dynamics = Dynamics(robot)
     here = dynamics.reduced()
     P = here.inverse()
     body = [dynamics.mass, *dynamics.com, P[0, 0], P[0, 1], P[0, 2], P[1, 1], P[1, 2], P[2, 2]]
@@ -49,12 +55,15 @@ def plant_of(dynamics: Dynamics) -> Plant:
     table[:, 3:6] = here.G
     table[here.driven, 6:9] = np.stack(dynamics.torque_limits, axis=-1)
     table[:, 9:] = np.stack(dynamics.friction_coefficients, axis=-1)
+    unlimited = table.copy()
+    unlimited[here.driven, 6:9] = np.inf, np.inf, 0.0
     plain = not (dynamics.torque_limits.any or table[:, 9:].any())
     return Plant(
         dynamics=dynamics,
         here=here,
-        body=[float(value) for value in body],
-        wheels=[float(value) for value in table.ravel()],
+        body=tuple(float(value) for value in body),
+        wheels=tuple(table.ravel().tolist()),
+        unlimited=tuple(unlimited.ravel().tolist()),
         acting=0 if plain else len(rolling),
         allocation=allocation,
     )

@@ -98,16 +98,21 @@ def sums(steps: Array) -> Array:
     return out
 
 
+def ended_early(t: Array, steps: int) -> list[str]:
+    """Return what to say of a run that made fewer steps than there are times for."""
+    if steps == len(t) - 1:
+        return []
+    return [
+        f"The motion grew beyond all bounds at t = {t[steps]:.4g} s of {t[-1]:.4g} s; the run ends "
+        "there. Take a shorter step or smaller gains."
+    ]
+
+
 def _reports(
     t: Array, steps: int, saturated: Array, error: Array, names: tuple[str, ...]
 ) -> list[str]:
     """Return what went wrong: a motion that ended early, motors (n, T) at their limits."""
-    told = []
-    if steps < len(t) - 1:
-        told.append(
-            f"The motion grew beyond all bounds at t = {t[steps]:.4g} s of {t[-1]:.4g} s; the run "
-            "ends there. Take a shorter step or smaller gains."
-        )
+    told = ended_early(t, steps)
     if saturated.any():
         share = saturated.mean(axis=1)
         worst = ", ".join(

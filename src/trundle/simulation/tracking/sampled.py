@@ -10,15 +10,16 @@ import numpy.typing as npt
 
 from trundle.dynamics import to_body, to_inertial
 from trundle.errors import ShapeError, TrundleError
+from trundle.kinematics import finite
 from trundle.motion import Course
 from trundle.se2 import Array
 from trundle.simulation.tracking.adaptive import run_adaptive
-from trundle.simulation.tracking.compiled import run_plain
+from trundle.simulation.tracking.compiled import Constants, run_plain
 from trundle.simulation.tracking.laws import Function, Jit
 from trundle.simulation.tracking.loops import COLUMNS
 from trundle.simulation.tracking.plant import Plant
 from trundle.simulation.tracking.recorded import Motion, new_block
-from trundle.simulation.tracking.signals import Controller, Measurement, reference
+from trundle.simulation.tracking.signals import Controller, Measurement, Reference, reference
 
 
 def held(_: Jit) -> Function:
@@ -53,9 +54,11 @@ def run_sampled(
     state, memory, steps = start, None, T
     for k in range(T):
         part = Course(*(each[stride * k : stride * (k + 1) + 1] for each in course))
-        command, memory = _call(controller, memory, float(t[k]), state, part, plain)
+        measured = _measured(float(t[k]), state)
+        command, memory = call(controller, memory, measured, reference(part, 0, plain))
         asked[:, k], force = _as_force(controller.output, command, plant, state)
-        made, moved = _hold(method, force, plant, part, t[k : k + 2], state, plain)
+        constants = plant.constants(tuple(force.tolist()), plain, controller.output == "force")
+        made, moved = _hold(method, constants, part, t[k : k + 2], state)
         notes[:, k : k + 2] = made
         if not moved:
             steps = k
@@ -66,14 +69,20 @@ def run_sampled(
     return Motion(steps, block, asked[:, :steps])
 
 
-def _call(
-    controller: Controller, memory: Any, time: float, state: Array, part: Course, plain: bool
-) -> tuple[npt.ArrayLike, Any]:
-    """Return the controller's command and its memory."""
+def _measured(time: float, state: Array) -> Measurement:
     c, s = math.cos(state[2]), math.sin(state[2])
     rate = np.array([*to_inertial(c, s, state[3], state[4]), state[5]])
-    measurement = Measurement(time, state[:3].copy(), rate)
-    wanted = reference(part, 0, plain)
+    return Measurement(time, state[:3].copy(), rate)
+
+
+def call(
+    controller: Controller, memory: Any, measurement: Measurement, wanted: Reference
+) -> tuple[npt.ArrayLike, Any]:
+    """Return the controller's command and its memory.
+
+    Raises:
+        TrundleError: it returned something else.
+    """
     answer = controller.step(memory, measurement, wanted)
     if not isinstance(answer, tuple) or len(answer) != 2:
         raise TrundleError(
@@ -102,11 +111,8 @@ def as_command(command: npt.ArrayLike, width: int, output: str) -> Array:
     Raises:
         ShapeError: it has another shape or is not finite.
     """
-    try:
-        values = np.asarray(command, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ShapeError(f"the controller's {output} must be numbers, got {command!r}") from None
-    if values.shape != (width,) or not np.isfinite(values).all():
+    values = finite(command, f"the controller's {output}")
+    if values.shape != (width,):
         raise ShapeError(
             f"the controller's {output} must be {width} finite numbers, got {values.tolist()}"
         )
@@ -114,10 +120,9 @@ def as_command(command: npt.ArrayLike, width: int, output: str) -> Array:
 
 
 def _hold(
-    method: str, force: Array, plant: Plant, part: Course, times: Array, state: Array, plain: bool
+    method: str, constants: Constants, part: Course, times: Array, state: Array
 ) -> tuple[Array, int]:
     """Return the notes (15, 2) of a step under a held force, and 0 where the motion outgrew it."""
-    constants = plant.constants(force.tolist(), plain)
     notes = np.empty((COLUMNS, 2))
     if method == "adaptive":
         first, last = Course(*(e[:1] for e in part)), Course(*(e[-1:] for e in part))

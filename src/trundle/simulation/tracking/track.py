@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from trundle.dynamics import Dynamics, to_body
+from trundle.dynamics import to_body
 from trundle.errors import StabilityWarning, TrundleError
 from trundle.kinematics import finite, robot_of
 from trundle.motion import AnyTrajectory, Course, length, sample
@@ -86,7 +86,7 @@ def track(
             f"robot {robot.name!r} steers: drive it by a controller that commands twists, such as "
             "trundle.control.Kanayama"
         )
-    plant = plant_of(Dynamics(robot))
+    plant = plant_of(robot)
     bound = getattr(controller, "bound", None)
     if callable(bound):
         controller = bound(plant.dynamics)
@@ -121,6 +121,8 @@ def _task(
     if not isinstance(method, str) or method not in TRACK_METHODS:
         raise TrundleError(f"method must be one of {', '.join(TRACK_METHODS)}, got {method!r}")
     output = getattr(controller, "output", None)
+    if isinstance(controller, type):
+        raise TrundleError(f"give a controller, such as {controller.__name__}(...), not its class")
     if output not in OUTPUTS or not callable(getattr(controller, "step", None)):
         raise TrundleError(
             f"a controller has step(state, measurement, reference) -> command, state, and an "
@@ -167,14 +169,14 @@ def _dynamic(
     law = getattr(controller, "law", None)
     if law is None:
         return run_sampled(controller, plant, task.course, task.t, task.plain, start, method)
-    constants = plant.constants(controller.constants.tolist(), task.plain)  # type: ignore[attr-defined]
+    constants = plant.constants(tuple(controller.constants.tolist()), task.plain)  # type: ignore[attr-defined]
     block = new_block(len(plant.G), len(task.t))
     notes = block[:COLUMNS]
     if method == "adaptive":
         at = partial(_course_at, trajectory)
         return Motion(run_adaptive(law, at, constants, task.t, start, notes), block)
     if told := instability(method, law, constants, float(task.t[1] - task.t[0])):
-        warnings.warn(told, StabilityWarning, stacklevel=4)
+        warnings.warn(told, StabilityWarning, stacklevel=3)
     steps = run_loop(method, law, task.course, constants, np.diff(task.t), start, notes)
     return Motion(steps, block)
 
