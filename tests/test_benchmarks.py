@@ -33,7 +33,7 @@ def run(script: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_benchmarks_are_found():
-    assert {"single_step.py", "rollout.py", "imports.py"} <= set(SCRIPTS)
+    assert {"single_step.py", "rollout.py", "closed_loop.py", "imports.py"} <= set(SCRIPTS)
 
 
 @pytest.mark.parametrize("name", SCRIPTS)

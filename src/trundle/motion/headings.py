@@ -140,7 +140,8 @@ class Lecture:
         x, y = curve[1]
         size = x * x + y * y
         moves = size > self.standstill**2
-        psi = np.mod(np.arctan2(y, x), math.tau)
+        psi = np.arctan2(y, x)
+        psi = np.where(psi < 0, psi + math.tau, psi)
         # A tiny negative angle rounds to a whole turn.
         out[0] = np.where(moves & (psi < math.tau), psi, 0.0)
         if orders > 1:
