@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from trundle.symbolic.tidy import length
+from trundle.symbolic.tidy import length, tidy
 
 # Of longer matrices nobody looks for a factor.
 _LONGEST = 120
@@ -36,7 +36,9 @@ def common_factor(matrix: Any) -> tuple[Any, Any]:
     shared = bottoms[0] if same else sympy.gcd_list(list(bottoms))
     if not same and shared.has(sympy.Add):
         shared = sympy.Integer(1)
-    factor = top / (shared * sympy.ilcm(*coefficients))
+    factor = top / (tidy(shared) * sympy.ilcm(*coefficients))
+    if factor.could_extract_minus_sign():
+        factor = -factor
     rest = (matrix / factor).applyfunc(lambda entry: sympy.factor(sympy.cancel(entry)))
     if length(rest) > _WORTH * length(matrix):
         return sympy.Integer(1), matrix

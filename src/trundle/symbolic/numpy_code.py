@@ -102,7 +102,8 @@ def _filled(output: Output, matrix: Any, batch: str) -> list[str]:
 
 
 def _shape(group: Group) -> str:
-    return f"{group.name} (..., {len(group.symbols)}): {', '.join(map(str, group.symbols))}"
+    names = ", ".join(map(str, group.symbols)) or "none"
+    return f"{group.name} (..., {len(group.symbols)}): {names}"
 
 
 def _batch(names: list[str]) -> str:

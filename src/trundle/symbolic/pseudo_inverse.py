@@ -10,7 +10,7 @@ import sympy
 from trundle.symbolic.robot import SymbolicRobot, generic_angles
 from trundle.symbolic.solving import adjugate, determinant, quotient, shorter
 from trundle.symbolic.spaces import numbers
-from trundle.symbolic.tidy import length, tidy_matrix
+from trundle.symbolic.tidy import length
 
 # Expressions longer than this are not multiplied out.
 _LONG = 100
@@ -61,7 +61,7 @@ def pseudo_inverse(made: SymbolicRobot) -> PseudoInverse:
     }[kind]
     normal = (W * before if kind != "left" else after * W).applyfunc(_gathered)
     matrix = (before * _inverse(normal) * after).applyfunc(_gathered)
-    return PseudoInverse(kind, rank, sympy.ImmutableMatrix(normal), tidy_matrix(matrix))
+    return PseudoInverse(kind, rank, *map(sympy.ImmutableMatrix, (normal, matrix)))
 
 
 def _kind(rank: int, count: int) -> str:
@@ -73,7 +73,7 @@ def _kind(rank: int, count: int) -> str:
 
 
 def _gathered(entry: Any) -> Any:
-    return sympy.factor(shorter(sympy.cancel(entry)))
+    return quotient(*sympy.fraction(sympy.together(entry)))
 
 
 def _inverse(matrix: Any) -> Any:

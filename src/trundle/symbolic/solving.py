@@ -101,4 +101,7 @@ def quotient(top: Any, bottom: Any) -> Any:
         return sympy.Integer(0)
     if top.count_ops() + bottom.count_ops() > LONGEST:
         return top / bottom
-    return sympy.factor(sympy.cancel(tidy(top) / bottom))
+    whole = sympy.factor(sympy.cancel(tidy(top) / bottom))
+    top, bottom = sympy.fraction(whole)
+    # Cancelling puts 1 - sin^2 for cos^2; other sums are best left in factors.
+    return top / tidy(bottom) if bottom.has(sympy.sin, sympy.cos) else whole

@@ -6,7 +6,8 @@ of the robot can, so that every pivot here is chosen by them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -26,11 +27,17 @@ def numbers(matrix: Any, values: Mapping[Any, float]) -> Array:
     >>> numbers(sympy.Matrix([[a, 2 * a]]), {a: 0.5}).tolist()
     [[0.5, 1.0]]
     """
-    matrix = sympy.Matrix(matrix)
+    matrix = sympy.ImmutableMatrix(matrix)
     if matrix.rows == 0 or matrix.cols == 0:
         return np.zeros(matrix.shape)
-    read = sympy.lambdify(list(values), list(matrix), "math", cse=True)
+    read = _reader(matrix, tuple(values))
     return np.array(read(*values.values()), dtype=np.float64).reshape(matrix.shape)
+
+
+@lru_cache(maxsize=256)
+def _reader(matrix: Any, symbols: tuple[Any, ...]) -> Callable[..., list[float]]:
+    read: Callable[..., list[float]] = sympy.lambdify(symbols, list(matrix), "math", cse=True)
+    return read
 
 
 def independent(rows: Array) -> list[int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import lru_cache
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -28,21 +29,24 @@ class SymbolicWheel(NamedTuple):
 
     def rows(self) -> Rows:
         """Return the wheel's constraint rows in symbols."""
-        held = {field.name: getattr(self.wheel, field.name) for field in self._fields_of_wheel()}
-        held |= {
-            "x": self.place.x,
-            "y": self.place.y,
-            "radius": sympy.Integer(1) if self.radius is None else self.radius,
-            "heading": self.place.heading,
-            "roller": self.roller,
-            "track_factor": self.track_factor,
-            "spin_sign": getattr(self.wheel, "spin_sign", 1),
-        }
-        made = type(self.wheel).rows(SimpleNamespace(**held), self.steering, sympy)  # type: ignore[arg-type]
-        return Rows(*(_tidy(part) for part in made))
+        return _rows(self)
 
-    def _fields_of_wheel(self) -> tuple[Any, ...]:
-        return dataclasses.fields(self.wheel)
+
+@lru_cache(maxsize=1024)
+def _rows(each: SymbolicWheel) -> Rows:
+    wheel = each.wheel
+    held = {field.name: getattr(wheel, field.name) for field in dataclasses.fields(wheel)}
+    held |= {
+        "x": each.place.x,
+        "y": each.place.y,
+        "radius": sympy.Integer(1) if each.radius is None else each.radius,
+        "heading": each.place.heading,
+        "roller": each.roller,
+        "track_factor": each.track_factor,
+        "spin_sign": getattr(wheel, "spin_sign", 1),
+    }
+    made = type(wheel).rows(SimpleNamespace(**held), each.steering, sympy)  # type: ignore[arg-type]
+    return Rows(*(_tidy(part) for part in made))
 
 
 def _tidy(part: Any) -> Any:

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import sympy
 
-from trundle.symbolic.document.case import Case
+from trundle.symbolic.document.case import LONG, Case
+from trundle.symbolic.document.figures import figure
 from trundle.symbolic.document.parts import Law, Section, Step
 from trundle.symbolic.pseudo_inverse import PseudoInverse, pseudo_inverse
+from trundle.symbolic.spaces import numbers
+from trundle.symbolic.tidy import length
 
+_SEED = 1996
+# Rounding lies far below this, a difference of formulas far above.
+_EQUAL = 1e-9
 _LEAST_SQUARES = (
     ("The distance to make small",
      r"The twists $W \omega$ do not fill the space of all twists. Of a twist $\zeta$ that lies "
@@ -110,22 +117,28 @@ def _without(case: Case) -> list[Step]:
 def _here(case: Case, told: PseudoInverse) -> list[Step]:
     words, name, normal = _NAMES[told.kind]
     law = Law(rf"\omega = W^{{+}} \zeta, \quad W^{{+}} = {name}")
+    heading = f"For this robot: {words}"
     if told.matrix is None:
-        return [Step(f"For this robot: {words}", "The entries are too long to write out.", (law,))]
+        return [Step(heading, "The entries are too long to write out.", (law,))]
+    if length(told.matrix) > LONG:
+        text = "The entries are long; with this robot's numbers:"
+        numbers = case.shown("W^{+}", told.matrix).numbers
+        return [Step(heading, text, (law, case.plain("W^{+}", numbers)))]
     steps = []
     if normal:
-        steps.append(
-            Step("The matrix to invert", "", (case.factored(normal, told.normal),), detail=True)
-        )
+        formula = case.factored(normal, told.normal)
+        steps.append(Step("The matrix to invert", "", (formula,), detail=True))
     text = _compared(case, told.matrix)
-    steps.append(Step(f"For this robot: {words}", text, (law, case.factored("W^{+}", told.matrix))))
+    steps.append(Step(heading, text, (law, case.factored("W^{+}", told.matrix))))
     return [*steps, _check(case, told)]
 
 
 def _compared(case: Case, matrix: Any) -> str:
     rows = case.made.R.inv() * case.made.A
-    same = all(sympy.simplify(entry) == 0 for entry in matrix - rows)
-    if same:
+    # Equal formulas are equal at sizes of no special place.
+    random = np.random.default_rng(_SEED)
+    anywhere = {symbol: random.uniform(0.5, 1.5) for symbol in case.values}
+    if np.abs(numbers(matrix - rows, anywhere)).max() < _EQUAL:
         return r"It is the same as the rolling rows solved one by one, $R^{-1} A$."
     return (
         r"For twists that the robot can have it agrees with the rolling rows, $R^{-1} A$; for "
@@ -137,5 +150,6 @@ def _compared(case: Case, matrix: Any) -> str:
 def _check(case: Case, told: PseudoInverse) -> Step:
     W, inverse = case.made.W, told.matrix
     product, name = (inverse * W, "W^{+} W") if told.kind == "left" else (W * inverse, "W W^{+}")
-    check = sympy.Matrix(product).applyfunc(sympy.simplify)
+    found = numbers(product, case.values)
+    check = sympy.Matrix(*found.shape, [figure(value) for value in found.ravel().tolist()])
     return Step("Check", "", (case.plain(name, check),), detail=True)

@@ -44,7 +44,7 @@ def left_latex(value: Value) -> str:
     return value.left if isinstance(value.left, str) else to_latex(value.left)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=2048)
 def lines_of(value: Value) -> tuple[Line, ...]:
     """Return the lines in which ``left = right`` is written.
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from trundle.robot import SwedishWheel
+from trundle.robot import SwedishWheel, Wheel
 from trundle.symbolic.document.case import TWIST, Case
 from trundle.symbolic.document.parts import Law, Step, Value, literal
 from trundle.symbolic.wheels import SymbolicWheel
@@ -21,6 +21,38 @@ _ROLLING = (
     r"a_{i} \omega_{i}"
 )
 _ACROSS = r"-\sin\theta_{i} \left(u - r y_{i}\right) + \cos\theta_{i} \left(v + r x_{i}\right)"
+
+
+_CONTACT = Step(
+    "What a wheel says",
+    "The contact point $(x_{i}, y_{i})$ of wheel $i$ is a point of the body, so that it moves with "
+    r"the velocity $\left(u - r y_{i}, v + r x_{i}\right)$.",
+    detail=True,
+)
+_KINDS = {
+    "swedish": Step(
+        "Omni and mecanum wheels",
+        "The roller on the ground turns freely across its own axis, so that the wheel holds only "
+        r"along that axis, at $\theta_{i} + \phi_{i}$. There the contact point has the part "
+        r"$\cos\phi_{i}$ of the rim's speed.",
+        (Law(_SWEDISH),),
+        detail=True,
+    ),
+    "standard": Step(
+        "Fixed and steered wheels",
+        r"The wheel rolls along $\theta_{i}$ and does not slip across it; for steered wheels "
+        r"$\theta_{i}$ is heading plus steering angle.",
+        (Law(_ROLLING), Law(f"{_ACROSS} = 0")),
+        detail=True,
+    ),
+    "skid": Step(
+        "Wheels that may skid",
+        r"Only the rolling row holds, with the arm of $r$ made longer by $\kappa \ge 1$, since a "
+        "robot that skids turns less than its wheels say.",
+        (Law(_ROLLING.replace("r y", r"\kappa r y").replace("r x", r"\kappa r x")),),
+        detail=True,
+    ),
+}
 
 
 def rows(case: Case) -> list[Step]:
@@ -50,53 +82,14 @@ def rows(case: Case) -> list[Step]:
 
 def _kinds(case: Case) -> list[Step]:
     """Return the equation of each kind of wheel that the robot has."""
-    wheels = [each.wheel for each in case.made.wheels]
-    swedish = any(isinstance(wheel, SwedishWheel) for wheel in wheels)
-    skids = any(getattr(wheel, "skid", False) for wheel in wheels)
-    standard = any(
-        not isinstance(wheel, SwedishWheel) and not getattr(wheel, "skid", False)
-        for wheel in wheels
-    )
-    steps = [
-        Step(
-            "What a wheel says",
-            "The contact point $(x_{i}, y_{i})$ of wheel $i$ is a point of the body, so that it "
-            r"moves with the velocity $\left(u - r y_{i}, v + r x_{i}\right)$.",
-            detail=True,
-        )
-    ]
-    if swedish:
-        steps.append(
-            Step(
-                "Omni and mecanum wheels",
-                "The roller on the ground turns freely across its own axis, so that the wheel "
-                r"holds only along that axis, at $\theta_{i} + \phi_{i}$. There the contact point "
-                r"has the part $\cos\phi_{i}$ of the rim's speed.",
-                (Law(_SWEDISH),),
-                detail=True,
-            )
-        )
-    if standard:
-        steps.append(
-            Step(
-                "Fixed and steered wheels",
-                r"The wheel rolls along $\theta_{i}$ and does not slip across it; for steered "
-                r"wheels $\theta_{i}$ is heading plus steering angle.",
-                (Law(_ROLLING), Law(f"{_ACROSS} = 0")),
-                detail=True,
-            )
-        )
-    if skids:
-        steps.append(
-            Step(
-                "Wheels that may skid",
-                r"Only the rolling row holds, with the arm of $r$ made longer by $\kappa \ge 1$, "
-                "since a robot that skids turns less than its wheels say.",
-                (Law(_ROLLING.replace("r y", r"\kappa r y").replace("r x", r"\kappa r x")),),
-                detail=True,
-            )
-        )
-    return steps
+    kinds = {_kind(each.wheel) for each in case.made.wheels}
+    return [_CONTACT, *(step for kind, step in _KINDS.items() if kind in kinds)]
+
+
+def _kind(wheel: Wheel) -> str:
+    if isinstance(wheel, SwedishWheel):
+        return "swedish"
+    return "skid" if getattr(wheel, "skid", False) else "standard"
 
 
 def _one(case: Case, each: SymbolicWheel) -> Step:

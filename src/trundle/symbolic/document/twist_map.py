@@ -148,7 +148,7 @@ def _result(case: Case, law: Law, AK: Any) -> list[Step]:
 def speeds_from_twist(case: Case) -> list[Step]:
     """Return the wheel speeds for a twist that is allowed."""
     made = case.made
-    if not made.A.rows:
+    if not made.A.rows or not made.N.cols:
         return []
     inverse = tidy_matrix(made.R.inv() * made.A)
     name = "C" if made.held == made.C else "H"
