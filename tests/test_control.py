@@ -21,6 +21,7 @@ from trundle.control import (
     Measurement,
     ReducedComputedTorque,
     Reference,
+    ResolvedRate,
 )
 from trundle.errors import ShapeError, TrundleError
 from trundle.robot import Robot
@@ -700,3 +701,30 @@ def test_a_model_of_a_robot_that_cannot_move_sideways_is_no_model_for_poses() ->
         ComputedTorque([4] * 3, [4] * 3, model=model), duration=0.5,
     )  # fmt: skip
     assert np.isfinite(run.pose).all()
+
+
+# ---- resolved rate -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["omni3", "mecanum", "two_steered", "swerve"])
+def test_resolved_rate_lets_each_error_die_out_by_itself(name: str) -> None:
+    """e_dot = -k e, the command held over each step: e shrinks by 1 - k dt a step."""
+    path = motion.line((0, 0, 0.3), (2, 1, 0.8), 5.0)
+    k, dt = np.array([1.0, 2.0, 0.5]), 0.01
+    law = ResolvedRate(k)
+    start = path.position(0.0) - [0.02, -0.03, 0.01]
+    run = track(trundle.load(name), path, law, dt=dt, pose=start)
+    assert run.error is not None
+    # Held commands follow the moving reference and the turning body with an error of order dt.
+    for axis in range(3):
+        wanted = run.error[0, axis] * np.exp(-k[axis] * run.t)
+        np.testing.assert_allclose(run.error[:, axis], wanted, atol=5 * dt * 0.1)
+    assert np.abs(run.error[-1]).max() < 0.01
+    assert not any("sideways" in report for report in run.reports)
+
+
+def test_a_sideways_trajectory_under_a_law_that_goes_forward_is_told() -> None:
+    path = motion.circle(1.0, 0.3, heading=0.0)
+    run = track(trundle.load("differential"), path, Kanayama(), duration=3.0)
+    most = 0.3 * math.sin(0.9)  # the way turns by 0.9 rad in three seconds, the robot does not
+    assert any(f"{most:.3g} m/s across its heading" in each for each in run.reports)

@@ -9,13 +9,14 @@ import typer
 from rich.text import Text
 
 from trundle.cli import options
-from trundle.cli.output import folder, out, print_json
-from trundle.errors import FileError, TrundleError, did_you_mean
+from trundle.cli.output import folder, out, print_json, write
+from trundle.errors import TrundleError, did_you_mean
 from trundle.robot import Robot
 from trundle.se2 import Array
 
 # Formats, and the suffix of their files; the last two are printed code.
 _SUFFIXES = {"text": ".txt", "latex": ".tex", "html": ".html", "numpy": ".py", "c": ".c"}
+_CODE = ("numpy", "c")
 _TOPICS = ("kinematics", "pseudo-inverse", "dynamics")
 
 
@@ -58,15 +59,15 @@ def derive(
         raise TrundleError(
             f"--what takes {', '.join(_TOPICS)}, got {what!r}{did_you_mean(what, _TOPICS)}"
         )
+    if chosen in _CODE and (steps or steering_deg):
+        option = "--steps" if steps else "--steering-deg"
+        raise TrundleError(f"{option} belongs to documents, not to --format {chosen}")
     made = options.robot_of(robot, sizes)
     angles = options.steering_of(made, steering_deg)
     file = _file(out_path, chosen)
     text = _written(made, what, steps, chosen, angles)
     if file is not None:
-        try:
-            file.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise FileError(f"{file}: cannot be written: {error.strerror or error}") from None
+        write(file, text)
     if as_json:
         files = [] if file is None else [file]
         print_json(
@@ -79,14 +80,17 @@ def derive(
 
 
 def _format(form: str | None, out_path: Path | None) -> str:
-    if form is None:
-        suffix = out_path.suffix.lower() if out_path else ""
-        return next((name for name, known in _SUFFIXES.items() if known == suffix), "text")
-    if form not in _SUFFIXES:
+    """Return the format that --format or the suffix of --out names; they must not differ."""
+    if form is not None and form not in _SUFFIXES:
         raise TrundleError(
             f"--format takes {', '.join(_SUFFIXES)}, got {form!r}{did_you_mean(form, _SUFFIXES)}"
         )
-    return form
+    suffix = "" if out_path is None or out_path.is_dir() else out_path.suffix.lower()
+    named = next((name for name, known in _SUFFIXES.items() if known == suffix), None)
+    if suffix and (named is None or form not in (None, named)):
+        wanted = ", ".join(f"{known} for {name}" for name, known in _SUFFIXES.items())
+        raise TrundleError(f"--out {out_path}: the suffix must be {wanted}")
+    return form or named or "text"
 
 
 def _file(out_path: Path | None, form: str) -> Path | None:
@@ -105,7 +109,7 @@ def _written(robot: Robot, what: str | None, steps: bool, form: str, steering: A
     # Loaded when used: sympy takes its time, and no other command needs it.
     from trundle.symbolic import code, document, render_html, render_latex, render_text
 
-    if form in ("numpy", "c"):
+    if form in _CODE:
         return code(robot, form, what)
     made = document(robot, what, steps, steering)
     render = {"text": render_text, "latex": render_latex, "html": render_html}[form]

@@ -119,6 +119,18 @@ def folder(path: Path | None) -> Path | None:
     return path
 
 
+def write(path: Path, text: str) -> None:
+    """Write a text to a file.
+
+    Raises:
+        FileError: it cannot be written.
+    """
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise FileError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
 def told_files(files: Sequence[Path]) -> None:
     """Print which files were written."""
     if files:

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import typer
+
 from trundle.cli.numbers import number
 from trundle.errors import TrundleError, did_you_mean
 from trundle.motion import (
@@ -47,13 +49,17 @@ def trajectory_of(path: str, scale: float, stretch: float, heading: str) -> Traj
         path: a name, or the path of a CSV file.
         scale: factor on the size of a named one.
         stretch: factor on the time.
-        heading: "path", "lecture", or an angle [deg].
+        heading: "path", "lecture", or an angle [rad].
     """
     kind: Any = heading
     if heading not in ("path", "lecture"):
-        from math import radians
-
-        kind = radians(number(heading))
+        try:
+            kind = number(heading)
+        except typer.BadParameter:
+            raise TrundleError(
+                f"--heading takes path, lecture or an angle [rad], got {heading!r}"
+                f"{did_you_mean(heading, ('path', 'lecture'))}"
+            ) from None
     if path in PATHS:
         made = PATHS[path](scale, kind)
     elif Path(path).suffix == ".csv":

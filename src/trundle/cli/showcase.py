@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,12 +10,12 @@ from typing import Annotated, Any
 import typer
 
 from trundle.cli import options
-from trundle.cli.output import folder, heading, print_json, progress, sentence, table
+from trundle.cli.output import folder, heading, print_json, progress, sentence, table, write
 from trundle.control import PD, ComputedTorque, Controller
 from trundle.kinematics import mobility
 from trundle.motion import circle
 from trundle.odometry import Score, read_log, score
-from trundle.robot import Encoder, Robot, RollingWheel, load
+from trundle.robot import Encoder, Robot, load
 from trundle.simulation import Run, replay, simulate, track, write_log
 
 # Where the lectures' simulations start.
@@ -104,7 +103,7 @@ def demo(
         error, made = _replay(target)
         files += made
         bar.advance(task)
-        largest, made = _second_part(target)
+        largest, made = _compare_and_derive(target)
         files += made
         bar.advance(task)
     if as_json:
@@ -158,16 +157,7 @@ def _replay(target: Path) -> tuple[Score, list[Path]]:
     from trundle.view import plot_path, save
 
     encoder = Encoder(ticks_per_motor_turn=64, gear=43.7)
-    plain = load("differential")
-    robot = dataclasses.replace(
-        plain,
-        wheels=tuple(
-            dataclasses.replace(wheel, encoder=encoder)
-            if isinstance(wheel, RollingWheel)
-            else wheel
-            for wheel in plain.wheels
-        ),
-    )
+    robot = load("differential").with_wheels(encoder=encoder)
     run = simulate(robot, twist=_waves, duration=30.0, dt=0.02, pose=_START)
     log_file = write_log(robot, run, target / "log.csv", counter_bits=_COUNTER_BITS)
     log = read_log(log_file, robot, counter_bits=_COUNTER_BITS)
@@ -177,7 +167,7 @@ def _replay(target: Path) -> tuple[Score, list[Path]]:
     return score(replayed.pose, log.truth), [log_file, save(figure, target / "replay.png")]
 
 
-def _second_part(target: Path) -> tuple[dict[str, float], list[Path]]:
+def _compare_and_derive(target: Path) -> tuple[dict[str, float], list[Path]]:
     """Leave the lectures' second part: controllers compared, and the equations derived."""
     from trundle.symbolic import document, render_html
     from trundle.view import plot_comparison, save
@@ -193,7 +183,7 @@ def _second_part(target: Path) -> tuple[dict[str, float], list[Path]]:
         for name, law in laws.items()
     }
     page = target / "omni3_derived.html"
-    page.write_text(render_html(document(robot, steps=True)), encoding="utf-8")
+    write(page, render_html(document(robot, steps=True)))
     files = [save(plot_comparison(robot, runs), target / "tracking.png"), page]
     errors = {name: run.error for name, run in runs.items() if run.error is not None}
     return {name: float(abs(error[:, 0]).max()) for name, error in errors.items()}, files

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -32,6 +33,7 @@ from trundle.control import (
     GoToPose,
     Kanayama,
     ReducedComputedTorque,
+    ResolvedRate,
 )
 from trundle.dynamics import Dynamics
 from trundle.errors import StabilityWarning, TrundleError, did_you_mean
@@ -44,7 +46,8 @@ from trundle.simulation import track as run_tracking
 
 _POSE = ("pd", "computed-torque")
 _FORWARD = ("kanayama", "reduced-computed-torque")
-_ALL = (*_POSE, *_FORWARD, "go-to-pose")
+_GOAL = "go-to-pose"
+_ALL = (*_POSE, "resolved-rate", *_FORWARD, _GOAL)
 _ROUNDING = 5e-13
 Three = tuple[str, str, str] | None
 
@@ -58,12 +61,13 @@ def track(
         str | None,
         typer.Option(
             "--controller",
-            help=f"{', '.join(_ALL)}; by default computed-torque, or kanayama for robots that "
-            "cannot move sideways.",
+            help=f"{', '.join(_ALL)}; by default computed-torque, resolved-rate for robots that "
+            "steer and can move every way, kanayama for those that cannot move sideways.",
         ),
     ] = None,
     compare: Annotated[
-        bool, typer.Option("--compare", help="Run every controller that suits the robot.")
+        bool,
+        typer.Option("--compare", help="Run every tracking controller that suits the robot."),
     ] = False,
     kp: Annotated[
         Three, typer.Option("--kp", metavar="X Y PSI", help="Proportional gains.")
@@ -72,7 +76,7 @@ def track(
     heading: Annotated[
         str,
         typer.Option(
-            "--heading", help="path, lecture (atan2 in 0 to 2 pi, no psi_dd) or an angle [deg]."
+            "--heading", help="path, lecture (atan2 in 0 to 2 pi, no psi_dd) or an angle [rad]."
         ),
     ] = "path",
     scale: Annotated[
@@ -129,24 +133,26 @@ def track(
     if animation not in ("gif", "mp4", "none"):
         raise TrundleError(f"--animation takes gif, mp4 or none, got {animation!r}")
     trajectory = trajectory_of(path, scale, stretch, heading)
-    gains = {name: _numbers(given) for name, given in (("kp", kp), ("kd", kd)) if given}
+    gains = {n: _numbers(given, f"--{n}") for n, given in (("kp", kp), ("kd", kd)) if given}
     names = _names(made, controller, compare)
     if model_mass is not None and not any("computed" in name for name in names):
         raise TrundleError("--model-mass belongs to computed torque")
     chosen = {name: _controller(name, made, gains, model_mass) for name in names}
+    start = _numbers(pose, "--pose") if pose else None
     target = folder(out_dir)
     runs, told = {}, []
     for name, law in chosen.items():
+        goal = name == _GOAL
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", StabilityWarning)
             runs[name] = run_tracking(
                 made,
-                _goal(trajectory) if name == "go-to-pose" else trajectory,
+                _goal(trajectory) if goal else trajectory,
                 law,
                 duration=duration,
                 dt=dt,
                 method=method,
-                pose=_numbers(pose) if pose else None,
+                pose=trajectory.position(0.0) if goal and start is None else start,
             )
         told += [f"{name}: {each.message}" for each in caught]
         told += [f"{name}: {report}" for report in runs[name].reports]
@@ -155,7 +161,11 @@ def track(
     files = _leave(made, trajectory, runs, demand, target, animation, as_json) if target else []
     numbers = {name: _numbers_of(run) for name, run in runs.items()}
     if as_json:
-        print_json({"runs": numbers, "notes": told, "stretch": demand.stretch, "files": files})
+        keyed = {
+            name: {key.replace(" ", "_"): value for key, value in values.items()}
+            for name, values in numbers.items()
+        }
+        print_json({"runs": keyed, "notes": told, "stretch": demand.stretch, "files": files})
         return
     sentence(f"{made.name}: {trajectory.name}, heading {trajectory.heading.words}")
     rows = [
@@ -200,31 +210,48 @@ def _weighed(
     """Return the robot with the masses of the command line."""
     changes: dict[str, Any] = {"mass": mass, "inertia": inertia}
     if com is not None:
-        changes["com"] = tuple(number(value) for value in com)
+        changes["com"] = tuple(_numbers(com, "--com"))
     changes = {key: value for key, value in changes.items() if value is not None}
     return robot.with_body(**changes) if changes else robot
 
 
-def _numbers(given: tuple[str, ...]) -> list[float]:
-    return [number(value) for value in given]
+def _numbers(given: tuple[str, ...], option: str) -> list[float]:
+    try:
+        return [number(value) for value in given]
+    except typer.BadParameter as error:
+        raise TrundleError(f"{option}: {error}") from None
 
 
 def _names(robot: Robot, controller: str | None, compare: bool) -> tuple[str, ...]:
     """Return the names of the controllers to run."""
-    pushable = not robot.steered and mobility(robot).omnidirectional
-    suits = _POSE if pushable else _FORWARD[:1] if robot.steered else _FORWARD
+    suits = _suiting(robot)
+    if compare and controller is not None:
+        raise TrundleError("give --controller or --compare, not both")
     if compare:
-        if controller is not None:
-            raise TrundleError("give --controller or --compare, not both")
         return suits
     if controller is None:
-        return (suits[-1] if pushable else suits[0],)
+        return (suits[-1] if suits == _POSE else suits[0],)
     if controller not in _ALL:
         raise TrundleError(
             f"no controller {controller!r}{did_you_mean(controller, _ALL)}; give one of "
             f"{', '.join(_ALL)}"
         )
+    forces = (*_POSE, "reduced-computed-torque")
+    if controller in forces and controller not in suits and suits != _POSE:
+        reason = "steers" if robot.steered else "cannot be pushed sideways"
+        raise TrundleError(
+            f"robot {robot.name!r} {reason}, so {controller} does not suit it: "
+            f"use --controller {' or '.join(suits)}"
+        )
     return (controller,)
+
+
+def _suiting(robot: Robot) -> tuple[str, ...]:
+    """Return the controllers of trajectories that suit a robot."""
+    can = mobility(robot)
+    if robot.steered:
+        return ("resolved-rate",) if can.maneuverability == 3 else _FORWARD[:1]
+    return _POSE if can.omnidirectional else _FORWARD
 
 
 def _controller(
@@ -233,21 +260,25 @@ def _controller(
     """Return a controller; without gains those of the lectures, scaled to the robot's mass."""
     if name not in _POSE and gains:
         raise TrundleError("--kp and --kd belong to pd and computed-torque")
-    if name == "kanayama":
-        return Kanayama()
-    if name == "go-to-pose":
-        return GoToPose()
-    model = None
-    if model_mass is not None:
-        model = Dynamics(robot.with_body(mass=model_mass))
-    if name == "reduced-computed-torque":
-        return ReducedComputedTorque(model=model)
-    plain = {"kp": [4.0] * 3, "kd": [4.0] * 3}
-    if name == "computed-torque":
-        return ComputedTorque(**plain | gains, model=model)
-    M = Dynamics(robot)
-    felt = [4 * M.mass, 4 * M.mass, 4 * M.inertia]
-    return PD(**{"kp": felt, "kd": felt} | gains)
+    model = None if model_mass is None else Dynamics(robot.with_body(mass=model_mass))
+    makers: dict[str, Callable[[], Controller]] = {
+        "pd": lambda: PD(**_pd_gains(robot) | gains),
+        "computed-torque": lambda: ComputedTorque(
+            **{"kp": [4.0] * 3, "kd": [4.0] * 3} | gains, model=model
+        ),
+        "resolved-rate": ResolvedRate,
+        "kanayama": Kanayama,
+        "reduced-computed-torque": lambda: ReducedComputedTorque(model=model),
+        _GOAL: GoToPose,
+    }
+    return makers[name]()
+
+
+def _pd_gains(robot: Robot) -> dict[str, list[float]]:
+    """Return gains of the lectures' ratio to mass and inertia: 120 for 30 kg."""
+    felt = Dynamics(robot)
+    values = [4 * felt.mass, 4 * felt.mass, 4 * felt.inertia]
+    return {"kp": values, "kd": values}
 
 
 def _goal(trajectory: Trajectory) -> Trajectory:
@@ -277,7 +308,7 @@ def _leave(
 
     files = [run.save(target / f"{name}.csv") for name, run in runs.items()]
     files.append(save(plot_trajectory(trajectory), target / "trajectory.png"))
-    if demand.demands or not demand.follows:
+    if demand.demands or not demand.feasible:
         files.append(save(plot_feasibility(demand), target / "feasibility.png"))
     files += [save(plot_tracking(robot, run), target / f"{name}.png") for name, run in runs.items()]
     if len(runs) > 1:

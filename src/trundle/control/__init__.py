@@ -1,6 +1,7 @@
 """Control: from what is measured and wanted to forces, torques and twists."""
 
 from trundle.control.pose import PD, ComputedTorque
+from trundle.control.rate import ResolvedRate
 from trundle.control.reduced import ReducedComputedTorque
 from trundle.control.tracking import GoToPose, Kanayama
 from trundle.simulation import Controller, Measurement, Reference
@@ -14,4 +15,5 @@ __all__ = [
     "Measurement",
     "ReducedComputedTorque",
     "Reference",
+    "ResolvedRate",
 ]

@@ -98,14 +98,14 @@ class PD:
     kp: npt.ArrayLike
     kd: npt.ArrayLike
     output: ClassVar[str] = "force"
-    law: ClassVar[Law] = staticmethod(pd_law)
+    scalar_law: ClassVar[Law] = staticmethod(pd_law)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "kp", three_gains(self.kp, "kp"))
         object.__setattr__(self, "kd", three_gains(self.kd, "kd"))
 
     @property
-    def constants(self) -> Array:
+    def scalar_constants(self) -> Array:
         """The law's constants."""
         return np.array([*self.kp, *self.kd])  # type: ignore[misc]
 
@@ -113,7 +113,7 @@ class PD:
         self, state: None, measurement: Measurement, reference: Reference
     ) -> tuple[Array, None]:
         """Return the force (F_x, F_y, M_z) in the inertial frame; there is no memory."""
-        return _force(pd_law, self.constants, measurement, reference), None
+        return _force(pd_law, self.scalar_constants, measurement, reference), None
 
 
 @final
@@ -147,20 +147,23 @@ class ComputedTorque:
     kd: npt.ArrayLike
     model: Dynamics | None = None
     output: ClassVar[str] = "force"
-    law: ClassVar[Law] = staticmethod(computed_torque_law)
+    scalar_law: ClassVar[Law] = staticmethod(computed_torque_law)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "kp", three_gains(self.kp, "kp"))
         object.__setattr__(self, "kd", three_gains(self.kd, "kd"))
         if not isinstance(self.model, Dynamics | None):
-            raise TrundleError(f"model must be a trundle.Dynamics, got {self.model!r}")
+            raise TrundleError(
+                "model must be a trundle.Dynamics: write model=trundle.Dynamics(robot), got "
+                f"{type(self.model).__name__}"
+            )
 
-    def bound(self, model: Dynamics) -> ComputedTorque:
+    def with_model(self, model: Dynamics) -> ComputedTorque:
         """Return the controller with a model, if it has none of its own."""
         return self if self.model is not None else dataclasses.replace(self, model=model)
 
     @property
-    def constants(self) -> Array:
+    def scalar_constants(self) -> Array:
         """The law's constants.
 
         Raises:
@@ -185,4 +188,4 @@ class ComputedTorque:
         Raises:
             TrundleError: the controller has no model; ``track`` gives it the robot's.
         """
-        return _force(computed_torque_law, self.constants, measurement, reference), None
+        return _force(computed_torque_law, self.scalar_constants, measurement, reference), None

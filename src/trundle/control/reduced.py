@@ -63,11 +63,14 @@ class ReducedComputedTorque:
         for name in ("k_x", "k_y", "k_psi", "k_nu"):
             object.__setattr__(self, name, one_gain(getattr(self, name), name))
         if not isinstance(self.model, Dynamics | None):
-            raise TrundleError(f"model must be a trundle.Dynamics, got {self.model!r}")
+            raise TrundleError(
+                "model must be a trundle.Dynamics: write model=trundle.Dynamics(robot), got "
+                f"{type(self.model).__name__}"
+            )
         if self.model is not None:
-            _refuse_sideways(self.model.robot.name, self.model.reduced().allowed)
+            _need_forward_drive(self.model.robot.name, self.model.reduced().allowed)
 
-    def bound(self, model: Dynamics) -> ReducedComputedTorque:
+    def with_model(self, model: Dynamics) -> ReducedComputedTorque:
         """Return the controller with a model, if it has none of its own."""
         return self if self.model is not None else dataclasses.replace(self, model=model)
 
@@ -123,7 +126,7 @@ class ReducedComputedTorque:
         return wanted, change
 
 
-def _refuse_sideways(name: str, motions: Array) -> None:
+def _need_forward_drive(name: str, motions: Array) -> None:
     """Refuse a robot that cannot go straight ahead and turn about its origin.
 
     Args:

@@ -108,7 +108,8 @@ class GoToPose:
         r = k_gamma gamma + k_rho sin(gamma) cos(gamma) (gamma + k_delta delta) / gamma
 
     The goal is the trajectory's position; its velocity is not used. The robot arrives forwards,
-    turning in from behind. At the goal the angles have no meaning and the robot stops.
+    turning in from behind. At the goal the angles have no meaning: within ``near`` of it, the
+    robot only turns to the goal's heading, which the source leaves open.
 
     Args:
         k_rho: gain on the distance [1/s].
@@ -143,7 +144,7 @@ class GoToPose:
         seen = chase(measurement, reference)
         rho = math.hypot(seen.ahead, seen.left)
         if rho < self.near:
-            return np.array([self.k_rho * seen.ahead, 0.0, self.k_gamma * seen.turn]), None
+            return np.array([0.0, 0.0, self.k_gamma * seen.turn]), None
         gamma = math.atan2(seen.left, seen.ahead)
         delta = float(wrap(gamma - seen.turn))
         u = self.k_rho * rho * math.cos(gamma)

@@ -186,9 +186,10 @@ class Dynamics:
             TrundleError: the robot steers, or has a motion that no motor drives.
 
         >>> import trundle
-        >>> model = Dynamics(trundle.load("mecanum").with_wheels(spin_inertia=0.01))
-        >>> model.wheel_acceleration([0.0] * 4, [1.0, -1.0, -1.0, 1.0]).round(6).tolist()
-        [..., -..., -..., ...]
+        >>> robot = trundle.load("mecanum", radius=0.1).with_body(mass=40.0)
+        >>> model = Dynamics(robot)
+        >>> model.wheel_acceleration([0.0] * 4, [1.0, 1.0, 1.0, 1.0]).round(6).tolist()
+        [10.0, 10.0, 10.0, 10.0]
         >>> model.wheel_acceleration([0.0] * 4, [1.0, 1.0, -1.0, -1.0]).round(6).any()
         np.False_
         """
@@ -273,7 +274,8 @@ class Dynamics:
             steering: (..., s) steering angles [rad].
             steering_rate: (..., s) their rates [rad/s].
 
-        Source: the lectures' tau_w = W^T F_B, which is the same for wheels of one radius.
+        Source: the lectures' tau_w = W^T F_B, which is the same for wheels of one radius that
+        neither spin nor rub.
 
         >>> import trundle
         >>> model = Dynamics(trundle.load("differential").with_body(mass=20.0))

@@ -19,7 +19,7 @@ from trundle.se2 import Array
 # A twist missed by less [m/s, rad/s] is rounding, or the step between two times.
 _MISSED = 1e-6
 # The largest of samples is a little less than the largest of all: this much over a limit is kept.
-_KEPT = 1 + 1e-3
+KEPT = 1 + 1e-3
 _MOST_TIMES = 2_000_000
 
 
@@ -61,7 +61,7 @@ class Feasibility:
     @property
     def feasible(self) -> bool:
         """Whether the robot can follow the trajectory as it is."""
-        return self.follows and self.stretch <= _KEPT and not self.tips and len(self.swings) == 0
+        return self.follows and self.stretch <= KEPT and not self.tips and len(self.swings) == 0
 
     @property
     def reports(self) -> tuple[str, ...]:
@@ -77,8 +77,8 @@ class Feasibility:
             )
         if self.tips:
             told.append("The body tips over: its centre of mass is not above its wheels.")
-        told += [_exceeded(self.t, each) for each in self.demands if each.stretch > _KEPT]
-        if _KEPT < self.stretch < np.inf:
+        told += [_exceeded(self.t, each) for each in self.demands if each.stretch > KEPT]
+        if KEPT < self.stretch < np.inf:
             told.append(f"Stretch time by {self.stretch:.4g}: trajectory.stretched(factor).")
         return tuple(told)
 

@@ -52,17 +52,19 @@ def sample(trajectory: AnyTrajectory, t: npt.ArrayLike) -> Course:
     """
     if isinstance(trajectory, Trajectory):
         return Course(*trajectory.sample(t))
+    _check(trajectory)
     times = finite(t, "t")
-    values = []
+    return Course(*(_values(getattr(trajectory, name), times, name) for name in Course._fields))
+
+
+def _check(trajectory: object) -> None:
+    """Refuse what is no trajectory."""
     for name in Course._fields:
-        function = getattr(trajectory, name, None)
-        if not callable(function):
+        if not callable(getattr(trajectory, name, None)):
             raise TrundleError(
                 f"a trajectory has position(t), velocity(t) and acceleration(t); {trajectory!r} "
                 f"has no {name}"
             )
-        values.append(_values(function, times, name))
-    return Course(*values)
 
 
 def length(trajectory: AnyTrajectory, duration: float | None) -> float:
@@ -71,6 +73,7 @@ def length(trajectory: AnyTrajectory, duration: float | None) -> float:
     Raises:
         TrundleError: there is neither, or it is not a positive number.
     """
+    _check(trajectory)
     own = getattr(trajectory, "duration", None) if duration is None else duration
     if own is None:
         raise TrundleError("give a duration: this trajectory does not tell how long it lasts")

@@ -43,12 +43,15 @@ class Run:
 
     Attributes:
         desired: (T + 1, 3) poses of the trajectory.
-        error: (T + 1, 3) desired minus actual, the heading by the shorter way round.
+        error: (T + 1, 3) desired minus actual; the heading by the shorter way round, or the plain
+            difference with the lectures' heading.
         torques: (T, n) of the motors at the wheels, within their limits [N m].
         force: (T, 3) commanded F_x, F_y, M_z in the inertial frame [N, N, N m].
         energy: (T + 1,) kinetic energy [J].
-        work: (T + 1,) work of the motors since the start [J].
-        saturated: (T, n) true where a motor was at its limit.
+        work: (T + 1,) work of the motors since the start [J], to the order of the method, at most
+            the second.
+        saturated: (T, n) true where a motor was at its torque limit; in runs of commanded twists
+            true for all wheels where the twist could not be had.
         reports: what went wrong, a sentence each.
 
     >>> from trundle import load, simulate

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from trundle.errors import TrundleError
-from trundle.limits import Demand, Feasibility
+from trundle.limits import KEPT, Demand, Feasibility
 from trundle.se2 import Array
 from trundle.view.panels import beside, draw, head, hold, short, stack
 from trundle.view.style import (
@@ -29,8 +29,6 @@ _WIDTH = 12.2  # [inch]
 _OVER = fade(ORANGE, 0.7)
 _STEEP = 6.0  # a share above this many limits is drawn on a logarithmic axis
 _LEAST = 0.01  # where that axis begins
-# A trajectory that was stretched by the factor asked keeps its limits to rounding.
-_KEPT = 1 + 1e-9
 _UNTOUCHED = 1e-6  # what needs less of the time there is does not depend on the pace
 
 
@@ -82,10 +80,14 @@ def plot_feasibility(feasibility: Feasibility) -> Figure:
 def _title(found: Feasibility) -> str:
     if not found.follows:
         return "Not feasible: the wheels cannot move as the trajectory does"
-    if found.stretch > _KEPT:
+    if found.tips:
+        return "Not feasible: the body tips over"
+    if found.stretch > KEPT:
         if not np.isfinite(found.stretch):
             return "Not feasible at any pace"
         return f"Not feasible: stretch time by {found.stretch:.4g}"
+    if len(found.swings):
+        return "Not feasible: steered wheels must turn at a standstill that takes no time"
     if found.stretch < _UNTOUCHED:
         return "Feasible: no limit is touched"
     return f"Feasible, and up to {1 / found.stretch:.4g} times faster"
@@ -93,7 +95,7 @@ def _title(found: Feasibility) -> str:
 
 def _notes(found: Feasibility) -> list[str]:
     notes = [f"{found.t[-1] - found.t[0]:.4g} s", "of each quantity, the wheel nearest its limit"]
-    if not found.follows and np.isfinite(found.stretch) and found.stretch > _KEPT:
+    if not found.follows and np.isfinite(found.stretch) and found.stretch > KEPT:
         notes.append(f"for the limits, stretch time by {found.stretch:.4g}")
     return notes
 
@@ -135,7 +137,7 @@ def _draw_demands(axes: Axes, found: Feasibility) -> None:
 def _words(t: Array, demand: Demand, share: Array) -> str:
     when = int(np.argmax(share))  # a share that is not a number comes first
     wheel = int(np.argmax(demand.share[when]))
-    if demand.stretch > _KEPT:
+    if demand.stretch > KEPT:
         finite = np.isfinite(demand.stretch)
         remedy = f"stretch time by {demand.stretch:.4g}" if finite else "too much at any pace"
     elif demand.stretch > _UNTOUCHED:

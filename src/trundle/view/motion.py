@@ -36,6 +36,8 @@ def at_times(robot: Robot, run: Run, t: Array) -> Motion:
         TrundleError: the run is of another robot.
     """
     check_same(robot, run)
+    if len(run.twist) == 0:
+        raise TrundleError("this run made no step: there is nothing to draw")
     step = np.clip(np.searchsorted(run.t, t, side="right") - 1, 0, len(run.twist) - 1)
     swivel = np.unwrap(caster_angles(robot, run), axis=0)
     casters = [wheel for wheel in robot.wheels if isinstance(wheel, CasterWheel)]

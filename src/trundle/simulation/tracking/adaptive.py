@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from trundle.errors import TrundleError
 from trundle.motion import Course
 from trundle.se2 import Array
 from trundle.simulation.tracking.compiled import Constants
@@ -65,6 +66,11 @@ def run_adaptive(
         slope, (t[0], t[-1]), start, method="DOP853", t_eval=t, rtol=_RELATIVE, atol=_ABSOLUTE,
         events=lost, max_step=_TIMES_PER_STEP * float(np.diff(t).max()),
     )  # fmt: skip
+    if found.status < 0:
+        raise TrundleError(
+            f"the adaptive method gave up at t = {found.t[-1] if len(found.t) else t[0]:.4g} s "
+            f"({found.message}); take a method with fixed steps, or smaller gains"
+        )
     for k, state in enumerate(found.y.T):
         _, _, _, X, Y, Z, *error, c, s = at(float(t[k]), state)
         notes[:, k] = (*state, X, Y, Z, c * X - s * Y, s * X + c * Y, Z, *error)

@@ -21,6 +21,8 @@ from trundle.simulation.tracking.signals import Controller, Measurement, referen
 
 # Wheel speeds scaled down by less than rounding are not scaled down.
 _ROUNDING = 1e-9
+# A trajectory along its heading moves sideways by rounding only [m/s].
+_SIDEWAYS = 1e-6
 
 
 def track_twist(
@@ -76,7 +78,11 @@ def track_twist(
         desired=course.position[: steps + 1],
         error=error,
         saturated=np.repeat(limited[:steps, None], n, axis=1),
-        reports=(*ended_early(t, steps), *_reports(limited[:steps], error)),
+        reports=(
+            *ended_early(t, steps),
+            *_reports(limited[:steps], error),
+            *_sideways(twist, course, steps),
+        ),
         **_forces(robot, first, twist, speeds, angles, done),
     )
 
@@ -98,6 +104,21 @@ def _reports(limited: Array, error: Array) -> list[str]:
         f"The robot could not have the twist that was asked for in {100 * limited.mean():.3g} % of "
         "the steps, for its wheels, their speed or their steering limits; it was up to "
         f"{np.hypot(error[:, 0], error[:, 1]).max():.3g} m from the trajectory."
+    ]
+
+
+def _sideways(twist: Array, course: Course, steps: int) -> list[str]:
+    """Return what to say where a trajectory moves sideways and the robot was never told to."""
+    psi = course.position[: steps + 1, 2]
+    x_dot, y_dot, _ = course.velocity[: steps + 1].T
+    _, across = to_body(np.cos(psi), np.sin(psi), x_dot, y_dot)
+    most = float(np.abs(across).max())
+    if most < _SIDEWAYS or np.abs(twist[:, 1]).max(initial=0.0) > _ROUNDING:
+        return []
+    return [
+        f"The trajectory moves at up to {most:.3g} m/s across its heading, and the robot was never "
+        "told to move sideways: give the trajectory heading='path', or take a controller for "
+        "robots that can, such as trundle.control.ResolvedRate."
     ]
 
 

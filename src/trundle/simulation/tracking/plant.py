@@ -11,10 +11,11 @@ from trundle.dynamics import Dynamics, Reduced
 from trundle.robot import Robot, RollingWheel
 from trundle.se2 import Array
 from trundle.simulation.tracking.compiled import Constants
+from trundle.simulation.tracking.laws import PER_WHEEL
 
 
 class Plant(NamedTuple):
-    """What moves: the body and its wheels, at the steering angles of a robot that has none."""
+    """What moves: the body and its wheels, of a robot that does not steer."""
 
     dynamics: Dynamics
     here: Reduced
@@ -49,7 +50,7 @@ def plant_of(robot: Robot) -> Plant:
     P = here.inverse()
     body = [dynamics.mass, *dynamics.com, P[0, 0], P[0, 1], P[0, 2], P[1, 1], P[1, 2], P[2, 2]]
     rolling = [wheel for wheel in dynamics.robot.wheels if isinstance(wheel, RollingWheel)]
-    table = np.zeros((len(rolling), 11))
+    table = np.zeros((len(rolling), PER_WHEEL))
     allocation = here.allocation()
     table[here.driven, :3] = allocation
     table[:, 3:6] = here.G

@@ -21,6 +21,7 @@ class Motion(NamedTuple):
     steps: int  # k
     block: Array  # (15 + 3 n + 2, T + 1): the loop's notes, and room for what follows from them
     asked: Array | None = None  # (n, k) torques commanded [N m], where not the least for the force
+    continuous: bool = False  # whether the law was evaluated within the steps, not held over them
 
 
 def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
@@ -40,20 +41,26 @@ def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
     )
     energy, work = motion.block[-2:, : steps + 1]
     product(plant.G, twist, out=speeds)
-    torques, saturated = torques[:, :-1], np.zeros((n, steps), dtype=bool)
+    saturated = np.zeros((n, steps), dtype=bool)
     if motion.asked is None:
-        product(plant.allocation, body_force[:, :-1], out=torques)
+        product(plant.allocation, body_force, out=torques)
     else:
-        torques[:] = motion.asked
+        torques[:, :-1], torques[:, -1:] = motion.asked, 0.0
     if dynamics.torque_limits.any:
-        held = dynamics.torque_limits.held(torques.T, speeds[:, :-1].T).T
-        saturated = np.abs(held - torques) > _ROUNDING * np.maximum(np.abs(torques), 1.0)
+        held = dynamics.torque_limits.held(torques.T, speeds.T).T
+        slack = _ROUNDING * np.maximum(np.abs(torques), 1.0)
+        saturated = (np.abs(held - torques) > slack)[:, :-1]
         torques[:] = held
     turns = angles[:, 1:]
     np.add(speeds[:, 1:], speeds[:, :-1], out=turns)
     turns *= 0.5 * np.diff(done)
     work[0], angles[:, 0] = 0.0, 0.0
-    np.cumsum(np.einsum("it,it->t", torques, turns), out=work[1:])
+    if motion.continuous:
+        power = np.einsum("it,it->t", torques, speeds)
+        gained = 0.5 * np.diff(done) * (power[1:] + power[:-1])
+    else:
+        gained = np.einsum("it,it->t", torques[:, :-1], turns)
+    np.cumsum(gained, out=work[1:])
     np.cumsum(turns, axis=1, out=turns)
     np.einsum("it,ij,jt->t", twist, 0.5 * plant.here.M, twist, out=energy)
     names = tuple(wheel.name for wheel in dynamics.robot.driven)
@@ -68,7 +75,7 @@ def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
         steered=(),
         desired=desired[: steps + 1],
         error=error.T,
-        torques=torques.T,
+        torques=torques[:, :-1].T,
         force=force[:, :-1].T,
         energy=energy,
         work=work,

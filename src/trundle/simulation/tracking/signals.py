@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
 from trundle.motion import Course
 from trundle.se2 import Array, wrap
+
+if TYPE_CHECKING:
+    from trundle.dynamics import Dynamics
+    from trundle.simulation.tracking.laws import Law
 
 
 class Measurement(NamedTuple):
@@ -70,6 +74,30 @@ class Controller(Protocol):
         self, state: Any, measurement: Measurement, reference: Reference, /
     ) -> tuple[npt.ArrayLike, Any]:
         """Return the command, and the state for the next step."""
+
+
+@runtime_checkable
+class ScalarController(Controller, Protocol):
+    """A controller of forces whose law is written in scalars, so that the loops can evaluate it.
+
+    It has no memory, and its ``step`` gives what its law gives.
+    """
+
+    @property
+    def scalar_law(self) -> Law:
+        """The law; ``laws.Law`` says what it takes and returns."""
+
+    @property
+    def scalar_constants(self) -> Array:
+        """The law's constants."""
+
+
+@runtime_checkable
+class ModelController(Controller, Protocol):
+    """A controller that takes a model of the robot where it has none of its own."""
+
+    def with_model(self, model: Dynamics, /) -> Controller:
+        """Return the controller with a model."""
 
 
 def reference(course: Course, k: int, plain: bool) -> Reference:

@@ -24,7 +24,7 @@ from trundle.simulation.tracking.loops import COLUMNS, LOOPS
 from trundle.simulation.tracking.plant import Plant, plant_of
 from trundle.simulation.tracking.recorded import Motion, motion_run, new_block
 from trundle.simulation.tracking.sampled import run_sampled
-from trundle.simulation.tracking.signals import Controller
+from trundle.simulation.tracking.signals import Controller, ModelController, ScalarController
 from trundle.simulation.tracking.stability import instability
 
 TRACK_METHODS = (*LOOPS, "adaptive")
@@ -53,7 +53,8 @@ def track(
     Args:
         robot: the robot; for forces and torques its body needs mass, inertia and com.
         trajectory: any value with position(t), velocity(t) and acceleration(t) -> (3,) or (T, 3)
-            in the inertial frame.
+            in the inertial frame; where ``plain_heading`` is true, heading errors are plain
+            differences.
         controller: such as ``trundle.control.PD(kp, kd)``.
         duration: length of the run [s]; without it the trajectory's own ``duration``.
         dt: step [s].
@@ -69,7 +70,8 @@ def track(
         TrundleError: something does not fit together; the message says what.
 
     Warns:
-        StabilityWarning: the step is too long for these gains, or the gains are unstable.
+        StabilityWarning: the step is too long for the gains of PD or computed torque, or they are
+            unstable. Other controllers and "adaptive" are not looked at.
 
     >>> import trundle
     >>> from trundle.control import ComputedTorque
@@ -87,9 +89,8 @@ def track(
             "trundle.control.Kanayama"
         )
     plant = plant_of(robot)
-    bound = getattr(controller, "bound", None)
-    if callable(bound):
-        controller = bound(plant.dynamics)
+    if isinstance(controller, ModelController):
+        controller = controller.with_model(plant.dynamics)
     if task.output == "force":
         _check_pushable(robot, plant)
     motion = _dynamic(controller, plant, trajectory, task, method)
@@ -166,19 +167,20 @@ def _dynamic(
     x, y, psi, x_dot, y_dot, r = task.start
     u, v = to_body(np.cos(psi), np.sin(psi), x_dot, y_dot)
     start = np.array([x, y, psi, *(plant.here.allowed @ [u, v, r])])
-    law = getattr(controller, "law", None)
-    if law is None:
+    if not isinstance(controller, ScalarController):
         return run_sampled(controller, plant, task.course, task.t, task.plain, start, method)
-    constants = plant.constants(tuple(controller.constants.tolist()), task.plain)  # type: ignore[attr-defined]
+    law = controller.scalar_law
+    constants = plant.constants(tuple(controller.scalar_constants.tolist()), task.plain)
     block = new_block(len(plant.G), len(task.t))
     notes = block[:COLUMNS]
     if method == "adaptive":
         at = partial(_course_at, trajectory)
-        return Motion(run_adaptive(law, at, constants, task.t, start, notes), block)
+        steps = run_adaptive(law, at, constants, task.t, start, notes)
+        return Motion(steps, block, continuous=True)
     if told := instability(method, law, constants, float(task.t[1] - task.t[0])):
         warnings.warn(told, StabilityWarning, stacklevel=3)
     steps = run_loop(method, law, task.course, constants, np.diff(task.t), start, notes)
-    return Motion(steps, block)
+    return Motion(steps, block, continuous=method == "rk4")
 
 
 def _course_at(trajectory: AnyTrajectory, time: float) -> Course:
