@@ -22,6 +22,7 @@ class Motion(NamedTuple):
     block: Array  # (15 + 3 n + 2, T + 1): the loop's notes, and room for what follows from them
     asked: Array | None = None  # (n, k) torques commanded [N m], where not the least for the force
     continuous: bool = False  # whether the law was evaluated within the steps, not held over them
+    straight: bool = False  # whether force and acceleration kept their direction over each step
 
 
 def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
@@ -58,6 +59,8 @@ def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
     if motion.continuous:
         power = np.einsum("it,it->t", torques, speeds)
         gained = 0.5 * np.diff(done) * (power[1:] + power[:-1])
+    elif motion.straight and not plant.acting:
+        gained = np.einsum("it,it->t", force[:, :-1], np.diff(pose, axis=1))
     else:
         gained = np.einsum("it,it->t", torques[:, :-1], turns)
     np.cumsum(gained, out=work[1:])

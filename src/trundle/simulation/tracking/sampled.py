@@ -66,7 +66,7 @@ def run_sampled(
         # What the wheels do not allow is rounding, or the lecture's straight step.
         notes[3:6, k + 1] = plant.here.allowed @ made[3:6, 1]
         state = notes[:6, k + 1].copy()
-    return Motion(steps, block, asked[:, :steps])
+    return Motion(steps, block, asked[:, :steps], straight=method == "lecture")
 
 
 def _measured(time: float, state: Array) -> Measurement:

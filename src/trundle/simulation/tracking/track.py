@@ -180,7 +180,7 @@ def _dynamic(
     if told := instability(method, law, constants, float(task.t[1] - task.t[0])):
         warnings.warn(told, StabilityWarning, stacklevel=3)
     steps = run_loop(method, law, task.course, constants, np.diff(task.t), start, notes)
-    return Motion(steps, block, continuous=method == "rk4")
+    return Motion(steps, block, continuous=method == "rk4", straight=method == "lecture")
 
 
 def _course_at(trajectory: AnyTrajectory, time: float) -> Course:
