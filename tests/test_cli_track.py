@@ -66,6 +66,23 @@ def test_a_wrong_mass_in_the_model(ask):
     assert largest == pytest.approx(1.2467e-3, rel=DIGITS)
 
 
+def test_pd_made_for_another_mass_errs_in_proportion(ask):
+    """Its gains are made for 30 kg: with 60 kg the same force bends the path half as well."""
+    args = ["track", "omni3", "--controller", "pd", *LECTURE]
+    light = ask(*args)
+    args[args.index("--mass") + 1] = "60"
+    heavy = ask(*args, "--model-mass", "30")
+    assert light["gains"]["pd"]["kp"] == heavy["gains"]["pd"]["kp"] == [120, 120, 0.4]
+    errors = [told["runs"]["pd"]["largest_error_of_x"] for told in (light, heavy)]
+    # By the transfer function m w^2 / (k_p - m w^2 + ...): twice, to a few percent.
+    assert errors[1] / errors[0] == pytest.approx(2.0, rel=0.02)
+
+
+def test_a_heading_that_jumps_is_told(ask):
+    told = ask("track", "omni3", "--path", "via-stop", *LECTURE)
+    assert any("desired heading jumps by up to" in note for note in told["notes"])
+
+
 def test_files_are_left(trundle, tmp_path):
     code, out, _ = trundle(
         "track", "omni3", "--compare", "--duration", 2, "--dt", 0.05, "--out", tmp_path / "new"
@@ -144,7 +161,7 @@ def test_a_step_too_long_is_told(ask):
         (["omni3", "--controller", "pd", "--compare"], "not both"),
         (["differential", "--kp", "1", "1", "1"], "--kp and --kd belong to"),
         (["omni3", "--kp", "1", "-1", "1"], "kp must not be negative"),
-        (["omni3", "--controller", "go-to-pose", "--model-mass", "3"], "--model-mass belongs to"),
+        (["omni3", "--controller", "go-to-pose", "--model-mass", "3"], "--model-mass belongs"),
         (["omni3", "--kp", "1", "2", "x"], "--kp: 'x' is not a number"),
         (["omni3", "--mass", "-3"], "must be positive"),
         (["omni3", "--path", "nowhere.csv"], "nowhere.csv"),

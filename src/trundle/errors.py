@@ -47,6 +47,10 @@ class UnobservedMotionWarning(UserWarning):
     """A twist was estimated although the wheels do not observe every motion."""
 
 
+class TrajectoryWarning(UserWarning):
+    """A trajectory's velocity or acceleration is not the rate of what it derives."""
+
+
 class StabilityWarning(UserWarning):
     """A simulated loop is unstable: its step is too long, or its gains are."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import warnings
 from collections.abc import Callable
@@ -48,7 +49,7 @@ _POSE = ("pd", "computed-torque")
 _FORWARD = ("kanayama", "reduced-computed-torque")
 _GOAL = "go-to-pose"
 _ALL = (*_POSE, "resolved-rate", *_FORWARD, _GOAL)
-_ROUNDING = 5e-13
+_ROUNDING = 1e-11
 Three = tuple[str, str, str] | None
 
 
@@ -70,9 +71,17 @@ def track(
         typer.Option("--compare", help="Run every tracking controller that suits the robot."),
     ] = False,
     kp: Annotated[
-        Three, typer.Option("--kp", metavar="X Y PSI", help="Proportional gains.")
+        Three,
+        typer.Option(
+            "--kp",
+            metavar="X Y PSI",
+            help="Proportional gains; for pd 4 m, 4 m, 4 I by default, for computed torque 4.",
+        ),
     ] = None,
-    kd: Annotated[Three, typer.Option("--kd", metavar="X Y PSI", help="Derivative gains.")] = None,
+    kd: Annotated[
+        Three,
+        typer.Option("--kd", metavar="X Y PSI", help="Derivative gains; the same by default."),
+    ] = None,
     heading: Annotated[
         str,
         typer.Option(
@@ -112,7 +121,9 @@ def track(
     model_mass: Annotated[
         float | None,
         typer.Option(
-            "--model-mass", parser=positive, help="Mass that computed torque believes in [kg]."
+            "--model-mass",
+            parser=positive,
+            help="Mass of the body for which the controllers are made [kg]; --mass by default.",
         ),
     ] = None,
     animation: Annotated[
@@ -135,8 +146,8 @@ def track(
     trajectory = trajectory_of(path, scale, stretch, heading)
     gains = {n: _numbers(given, f"--{n}") for n, given in (("kp", kp), ("kd", kd)) if given}
     names = _names(made, controller, compare)
-    if model_mass is not None and not any("computed" in name for name in names):
-        raise TrundleError("--model-mass belongs to computed torque")
+    if model_mass is not None and not {*_POSE, "reduced-computed-torque"} & {*names}:
+        raise TrundleError("--model-mass belongs to pd and to computed torque")
     chosen = {name: _controller(name, made, gains, model_mass) for name in names}
     start = _numbers(pose, "--pose") if pose else None
     target = folder(out_dir)
@@ -165,7 +176,16 @@ def track(
             name: {key.replace(" ", "_"): value for key, value in values.items()}
             for name, values in numbers.items()
         }
-        print_json({"runs": keyed, "notes": told, "stretch": demand.stretch, "files": files})
+        gained = {name: _gains_of(law) for name, law in chosen.items()}
+        print_json(
+            {
+                "runs": keyed,
+                "gains": gained,
+                "notes": told,
+                "stretch": demand.stretch,
+                "files": files,
+            }
+        )
         return
     sentence(f"{made.name}: {trajectory.name}, heading {trajectory.heading.words}")
     rows = [
@@ -173,6 +193,10 @@ def track(
         for key, unit in _UNITS.items()
     ]
     table(["", *numbers], rows)
+    for name, law in chosen.items():
+        if told_gains := _gains_of(law):
+            told_words = ", ".join(f"{key} {_listed(value)}" for key, value in told_gains.items())
+            out.print(Text(f"{name}: {told_words}", style="dim"))
     for note in told:
         sentence(("note", "yellow"), f"  {note}")
     told_files(files)
@@ -260,9 +284,10 @@ def _controller(
     """Return a controller; without gains those of the lectures, scaled to the robot's mass."""
     if name not in _POSE and gains:
         raise TrundleError("--kp and --kd belong to pd and computed-torque")
-    model = None if model_mass is None else Dynamics(robot.with_body(mass=model_mass))
+    believed = robot if model_mass is None else robot.with_body(mass=model_mass)
+    model = None if model_mass is None else Dynamics(believed)
     makers: dict[str, Callable[[], Controller]] = {
-        "pd": lambda: PD(**_pd_gains(robot) | gains),
+        "pd": lambda: PD(**_pd_gains(believed) | gains),
         "computed-torque": lambda: ComputedTorque(
             **{"kp": [4.0] * 3, "kd": [4.0] * 3} | gains, model=model
         ),
@@ -272,6 +297,18 @@ def _controller(
         _GOAL: GoToPose,
     }
     return makers[name]()
+
+
+def _gains_of(law: Controller) -> dict[str, Any]:
+    """Return a controller's gains by name."""
+    if not dataclasses.is_dataclass(law):
+        return {}
+    values = {field.name: getattr(law, field.name) for field in dataclasses.fields(law)}
+    return {name: value for name, value in values.items() if name != "model"}
+
+
+def _listed(value: Any) -> str:
+    return " ".join(f"{each:.4g}" for each in np.atleast_1d(value))
 
 
 def _pd_gains(robot: Robot) -> dict[str, list[float]]:

@@ -13,6 +13,9 @@ from trundle.motion import Course
 from trundle.robot import Robot, RollingWheel, missing_masses
 from trundle.se2 import Array, Mask
 
+# The values (T, k) of a quantity at a stretch, and their shares of the limit.
+Use = Callable[[float], tuple[Array, Array]]
+
 # A robot stands below this speed [m/s, rad/s]: there a wheel's direction is rounding.
 _STANDS = 1e-9
 # A larger change of angle from one time to the next is a turn at standstill [rad].
@@ -125,7 +128,7 @@ def demands(robot: Robot, motion: Motion) -> list[Demand]:
     ]
     if not missing_masses(robot):
         dynamics = Dynamics(robot)
-        found += [_torque(robot, dynamics, motion), _friction(robot, dynamics, motion)]
+        found += [made(robot, dynamics, motion) for made in (_torque, _voltage, _friction)]
     return [each for each in found if each is not None]
 
 
@@ -187,28 +190,53 @@ def _plain(
 
 
 def _torque(robot: Robot, dynamics: Dynamics, motion: Motion) -> Demand | None:
-    largest, stall, slope = dynamics.torque_limits
-    kept = np.isfinite(np.minimum(largest, stall))
-    if not kept.any():
-        return None
-    rolling = [wheel for wheel in robot.wheels if isinstance(wheel, RollingWheel)]
-    driven = [wheel.driven for wheel in rolling]
-    coulomb = dynamics.friction_coefficients[1][driven]
+    """The torque that the gears and the current bear."""
+    largest = dynamics.torque_limits.largest
+    kept = np.isfinite(largest)
+
+    def use(stretch: float) -> tuple[Array, Array]:
+        values = _felt_torques(robot, dynamics, motion.at_pace(stretch))[:, kept]
+        return values, np.abs(values) / largest[kept]
+
+    return _searched("torque", "N m", robot, kept, largest, use)
+
+
+def _voltage(robot: Robot, dynamics: Dynamics, motion: Motion) -> Demand | None:
+    """The voltage that speed and torque need together."""
+    supply = np.array([w.motor.max_voltage or np.inf if w.motor else np.inf for w in robot.driven])
+    kept = np.isfinite(supply)
+    _, stall, slope = dynamics.torque_limits
 
     def use(stretch: float) -> tuple[Array, Array]:
         at = motion.at_pace(stretch)
-        speeds = _speeds(robot, at)
-        # Slow wheels feel the whole of Coulomb friction, which the dynamics smooth.
-        felt = coulomb * np.sign(speeds) - friction_torque(0.0, coulomb, speeds, np.sqrt)
-        values = (_torques(robot, dynamics, at) + felt)[:, kept]
-        back = (slope * speeds)[:, kept]
-        by_voltage = np.abs(values + back) / stall[kept]
-        return values, np.maximum(np.abs(values) / largest[kept], by_voltage)
+        needed = _felt_torques(robot, dynamics, at) + slope * _speeds(robot, at)
+        share = needed[:, kept] / stall[kept]
+        return share * supply[kept], np.abs(share)
 
+    return _searched("voltage", "V", robot, kept, supply, use)
+
+
+def _searched(
+    name: str, unit: str, robot: Robot, kept: Mask, limits: Array, use: Use
+) -> Demand | None:
+    """Return a demand of some driven wheels whose stretch is searched, or None for none."""
+    if not kept.any():
+        return None
     values, share = use(1.0)
     names = tuple(w.name for w, k in zip(robot.driven, kept, strict=True) if k)
-    limits = np.minimum(largest, stall)[kept]
-    return Demand("torque", "N m", names, values, limits, share, _stretch(use))
+    return Demand(name, unit, names, values, limits[kept], share, _stretch(use))
+
+
+def _felt_torques(robot: Robot, dynamics: Dynamics, motion: Motion) -> Array:
+    """Return the motors' torques (T, n); slow wheels feel the whole of Coulomb friction.
+
+    The dynamics smooth it.
+    """
+    rolling = [wheel for wheel in robot.wheels if isinstance(wheel, RollingWheel)]
+    coulomb = dynamics.friction_coefficients[1][[wheel.driven for wheel in rolling]]
+    speeds = _speeds(robot, motion)
+    missing = coulomb * np.sign(speeds) - friction_torque(0.0, coulomb, speeds, np.sqrt)
+    return np.asarray(_torques(robot, dynamics, motion) + missing)
 
 
 def _torques(robot: Robot, dynamics: Dynamics, motion: Motion) -> Array:
@@ -236,14 +264,16 @@ def _friction(robot: Robot, dynamics: Dynamics, motion: Motion) -> Demand | None
 
     values, share = use(1.0)
     names = tuple(robot.wheels[i].name for i in kept)
-    return Demand("friction with the ground", "", names, values, bounds, share, _stretch(use))
+    # What carries nothing cannot push, however slowly.
+    stretch = _stretch(use) if np.isfinite(share).all() else np.inf
+    return Demand("friction with the ground", "", names, values, bounds, share, stretch)
 
 
 # Stretches between which the one that just keeps a limit is looked for, and how closely.
 _FASTEST, _SLOWEST, _CLOSE = 1e-3, 1e4, 1e-9
 
 
-def _stretch(use: Callable[[float], tuple[Array, Array]]) -> float:
+def _stretch(use: Use) -> float:
     """Return the least stretch at which no limit is exceeded."""
     from scipy.optimize import brentq
 

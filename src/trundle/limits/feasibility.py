@@ -79,7 +79,7 @@ class Feasibility:
             told.append("The body tips over: its centre of mass is not above its wheels.")
         told += [_exceeded(self.t, each) for each in self.demands if each.stretch > KEPT]
         if KEPT < self.stretch < np.inf:
-            told.append(f"Stretch time by {self.stretch:.4g}: trajectory.stretched(factor).")
+            told.append(f"Stretch time by {self.stretch:.4g} to keep all limits.")
         return tuple(told)
 
 
@@ -129,12 +129,13 @@ def _missed(t: Array, miss: Array) -> str:
 
 def _exceeded(t: Array, demand: Demand) -> str:
     when, wheel = np.unravel_index(int(demand.share.argmax()), demand.share.shape)
-    # At speed a motor's voltage leaves less than the limit at rest.
-    value = demand.values[when, wheel]
-    limit = abs(value) / demand.share[when, wheel]
+    value, share = abs(demand.values[when, wheel]), demand.share[when, wheel]
+    name = demand.wheels[wheel]
+    if not np.isfinite(value):
+        return f"{name} carries no weight, so it cannot push: look at com, or leave out friction."
+    unit = f" {demand.unit}" if demand.unit else ""
     remedy = f"stretch time by {demand.stretch:.4g}" if demand.stretch < np.inf else "at any pace"
     return (
-        f"{demand.name} of {demand.wheels[wheel]}: {abs(value):.4g} of at most {limit:.4g} "
-        f"{demand.unit} at t = {t[when]:.4g} s, {100 * demand.share[when, wheel]:.3g} % of the "
-        f"limit: {remedy}."
+        f"{demand.name} of {name}: {value:.4g} of at most {demand.limits[wheel]:.4g}{unit} at "
+        f"t = {t[when]:.4g} s, {share:.3g} times the limit: {remedy}."
     )

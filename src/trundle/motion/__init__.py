@@ -4,6 +4,7 @@ from trundle.motion.closed import circle, ellipse, figure_eight, lissajous
 from trundle.motion.course import AnyTrajectory, Course, length, sample
 from trundle.motion.headings import Profile, Spin, profile, spin
 from trundle.motion.points import cubic_via, line, quintic, via
+from trundle.motion.stretched import stretched
 from trundle.motion.table import from_csv
 from trundle.motion.trajectory import Trajectory
 from trundle.motion.waypoints import waypoints
@@ -26,6 +27,7 @@ __all__ = [
     "quintic",
     "sample",
     "spin",
+    "stretched",
     "via",
     "waypoints",
 ]

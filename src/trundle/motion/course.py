@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from numbers import Real
 from typing import Any, NamedTuple, Protocol
@@ -9,7 +10,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from trundle.errors import ShapeError, TrundleError
+from trundle.errors import ShapeError, TrajectoryWarning, TrundleError
 from trundle.kinematics import finite
 from trundle.motion.trajectory import Trajectory
 from trundle.se2 import Array
@@ -54,11 +55,47 @@ def sample(trajectory: AnyTrajectory, t: npt.ArrayLike) -> Course:
         return Course(*trajectory.sample(t))
     _check(trajectory)
     times = finite(t, "t")
-    return Course(*(_values(getattr(trajectory, name), times, name) for name in Course._fields))
+    course = Course(*(_values(getattr(trajectory, name), times, name) for name in Course._fields))
+    _compare(trajectory, course, times)
+    return course
+
+
+# Where derivatives are compared with differences: so few times that it costs nothing, so many that
+# a corner does not decide.
+_LOOKS, _STEP, _DIFFER = 7, 1e-5, 1e-2
+
+
+def _compare(trajectory: AnyTrajectory, course: Course, t: Array) -> None:
+    """Warn where velocity or acceleration of x and y are not the rates of what they derive."""
+    if len(t) < _LOOKS:
+        return
+    at = np.linspace(1, len(t) - 2, _LOOKS).astype(int)
+    step = _STEP * max(float(t[-1] - t[0]), 1e-300)
+    for name, rate in (("position", "velocity"), ("velocity", "acceleration")):
+        function = getattr(trajectory, name)
+        ends = [
+            np.array([np.array(function(float(time)))[:2] for time in t[at] + side])
+            for side in (-step, step)
+        ]
+        slope = (ends[1] - ends[0]) / (2 * step)
+        given = getattr(course, rate)[at, :2]
+        size = 1e-6 + np.maximum(np.abs(slope), np.abs(given)).max()
+        wrong = (np.abs(slope - given) > _DIFFER * size).any(axis=1)
+        if wrong.sum() > _LOOKS // 2:
+            k = int(np.flatnonzero(wrong)[0])
+            warnings.warn(
+                f"{rate}(t) is not the rate of {name}(t): at t = {t[at[k]]:.4g} s it gives "
+                f"{given[k].round(6).tolist()} for x and y, and {name}(t) changes by "
+                f"{slope[k].round(6).tolist()} a second",
+                TrajectoryWarning,
+                stacklevel=5,
+            )
 
 
 def _check(trajectory: object) -> None:
     """Refuse what is no trajectory."""
+    if isinstance(trajectory, type):
+        raise TrundleError(f"give a trajectory, such as {trajectory.__name__}(...), not its class")
     for name in Course._fields:
         if not callable(getattr(trajectory, name, None)):
             raise TrundleError(

@@ -15,7 +15,7 @@ from trundle.robot import Robot, missing_masses
 from trundle.se2 import Array
 from trundle.simulation.run import Run
 from trundle.simulation.tracking.loops import ENDLESS
-from trundle.simulation.tracking.recorded import ended_early, sums
+from trundle.simulation.tracking.recorded import ended_early, heading_jumps, sums
 from trundle.simulation.tracking.sampled import as_command, call
 from trundle.simulation.tracking.signals import Controller, Measurement, reference
 
@@ -82,6 +82,7 @@ def track_twist(
             *ended_early(t, steps),
             *_reports(limited[:steps], error),
             *_sideways(twist, course, steps),
+            *heading_jumps(done, course.position[: steps + 1]),
         ),
         **_forces(robot, first, twist, speeds, angles, done),
     )

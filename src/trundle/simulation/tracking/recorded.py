@@ -83,7 +83,10 @@ def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
         energy=energy,
         work=work,
         saturated=saturated.T,
-        reports=tuple(_reports(t, steps, saturated, error, names)),
+        reports=(
+            *_reports(t, steps, saturated, error, names),
+            *heading_jumps(done, desired[: steps + 1]),
+        ),
     )
 
 
@@ -115,6 +118,23 @@ def ended_early(t: Array, steps: int) -> list[str]:
     return [
         f"The motion grew beyond all bounds at t = {t[steps]:.4g} s of {t[-1]:.4g} s; the run ends "
         "there. Take a shorter step or smaller gains."
+    ]
+
+
+# A heading that changes by more from one time to the next, and far more than usual, jumps [rad].
+_JUMP, _FAR = 0.3, 20.0
+
+
+def heading_jumps(t: Array, desired: Array) -> list[str]:
+    """Return what to say of a desired heading (T + 1, 3) that jumps, which no robot can follow."""
+    change = np.abs(np.diff(desired[:, 2]))
+    at = np.flatnonzero(change > max(_JUMP, _FAR * float(np.median(change)) if len(change) else 0))
+    if len(at) == 0:
+        return []
+    when, most = t[at[0] + 1], change[at].max()
+    return [
+        f"The desired heading jumps by up to {most:.3g} rad (first at t = {when:.4g} s): so large "
+        "an error of psi is the trajectory's, not the controller's."
     ]
 
 
