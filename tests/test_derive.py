@@ -1,5 +1,6 @@
 """``trundle derive``: documents that can be read, and the command that writes them."""
 
+import dataclasses
 import json
 import os
 import re
@@ -19,6 +20,7 @@ import typer
 import trundle
 from catalogue import ROBOTS
 from golden_text import agrees_with_golden
+from trundle import symbolic
 from trundle.cli.derive import derive
 from trundle.cli.numbers import NumbersCommand
 from trundle.errors import OffCentreError, TrundleError
@@ -191,6 +193,113 @@ def test_steering_angles_can_be_given() -> None:
         document(ROBOTS["ackermann"], steering=[0.3, 0.3])
     with pytest.raises(TrundleError, match="did you mean 'dynamics'"):
         document(tricycle, "dynamic")
+
+
+# ---- reduced dynamics ------------------------------------------------------------------------
+
+# Products of three matrices with sines of plain angles: some tens of roundings.
+ROUNDING = 1e-12
+TWIST = (0.7, -0.3, 0.9)
+
+
+def loaded(name: str) -> trundle.Robot:
+    """A robot whose centre of mass is off its origin, so that every term counts."""
+    return trundle.load(name).with_body(mass=30.0, inertia=0.7, com=(0.05, 0.02))
+
+
+def told_of(robot: trundle.Robot, left: str) -> Any:
+    made = document(robot, "dynamics", steps=True)
+    return next(each.right for each in values_of(made) if each.left == left)
+
+
+def rigid_bias_of(model: trundle.Dynamics, twist: tuple[float, float, float]) -> Any:
+    """c_B from M and n of the inertial frame, at psi = 0: there q_dd = zeta_d + r (-v, u, 0)."""
+    u, v, r = twist
+    turned = model.mass_matrix([0.0, 0.0, 0.0]) @ [-r * v, r * u, 0.0]
+    return model.bias([0.0, 0.0, 0.0], list(twist)) + turned
+
+
+@pytest.mark.parametrize("name", ["differential", "skid_steer"])
+def test_reduced_dynamics_are_those_of_the_numbers(name: str) -> None:
+    from trundle.symbolic.document.case import case_of
+
+    robot = loaded(name)
+    case, model = case_of(robot), trundle.Dynamics(robot)
+    u, v, r = sympy.symbols("u v r", real=True)
+    # A twist that the wheels allow: neither robot goes sideways.
+    forward = (TWIST[0], 0.0, TWIST[2])
+    values = case.values | case.masses | dict(zip((u, v, r), forward, strict=True))
+    N = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
+    M = symbolic.numbers(told_of(robot, "N^{T} M_{B} N"), values)
+    assert pytest.approx(N.T @ model.reduced().M @ N, abs=ROUNDING) == M
+    c = symbolic.numbers(told_of(robot, "N^{T} c_{B}"), values)[:, 0]
+    assert c == pytest.approx(N.T @ rigid_bias_of(model, forward), abs=ROUNDING)
+    gain = symbolic.numbers(told_of(robot, r"\left(R^{-1} A N\right)^{T}"), values)
+    assert gain == pytest.approx((model.reduced().G_d @ N).T, abs=ROUNDING * 1e2)
+
+
+@pytest.mark.parametrize("name", ["omni3", "mecanum"])
+def test_dynamics_in_wheel_speeds_are_those_of_the_numbers(name: str) -> None:
+    from trundle.symbolic.document.case import case_of
+    from trundle.symbolic.reduced import TWIST as SYMBOLS
+    from trundle.symbolic.reduced import body_bias, projected
+
+    robot = loaded(name)
+    case, model = case_of(robot), trundle.Dynamics(robot)
+    omega = np.linalg.pinv(trundle.Kinematics(robot).W) @ TWIST
+    values = case.values | case.masses | dict(zip(SYMBOLS, TWIST, strict=True))
+    M, c = projected(case.made.W, body_bias())
+    assert symbolic.numbers(M, values) == pytest.approx(model.wheel_mass_matrix, abs=ROUNDING)
+    assert symbolic.numbers(c, values)[:, 0] == pytest.approx(model.wheel_bias(omega), abs=ROUNDING)
+    shown = np.array(told_of(robot, "M_{w}").tolist(), dtype=np.float64)
+    assert shown == pytest.approx(model.wheel_mass_matrix, rel=SHOWN)
+
+
+def test_the_differential_drive_has_two_scalar_equations() -> None:
+    """Force over mass with I_cz, and turning about the axle; x_bc brings both together."""
+    step = next(each for each in steps_of(whole("differential")) if "scalar" in each.heading)
+    m, I_cz, x, y = sympy.symbols("m I_cz x_bc y_bc", real=True)
+    u, r, udot, rdot = sympy.symbols("u r udot rdot", real=True)
+    tau = sympy.symbols("tau_1 tau_2", real=True)
+    a, d = sympy.symbols("a d", positive=True)
+    wanted = [
+        (m * udot - m * y * rdot - m * x * r**2, (tau[0] + tau[1]) / a),
+        ((I_cz + m * (x**2 + y**2)) * rdot - m * y * udot + m * x * r * u,
+         d * (tau[1] - tau[0]) / a),
+    ]  # fmt: skip
+    told = [each for each in step.formulas if isinstance(each, Value)]
+    assert len(told) == 4
+    for value, (left, right) in zip(told, wanted, strict=False):
+        assert sympy.expand(value.left - left) == 0
+        assert sympy.expand(value.right - right) == 0
+
+
+@pytest.mark.parametrize("name", ["tricycle", "swerve"])
+def test_robots_that_steer_are_sent_to_the_numbers(name: str) -> None:
+    text = " ".join(render_text(whole(name)).split())
+    assert "trundle.Dynamics(robot).torques(..., steering=...)" in text
+
+
+def test_what_the_wheels_and_motors_add_is_told_where_it_is_there() -> None:
+    plain = render_text(document(ROBOTS["differential"], "dynamics"))
+    assert "leave out the wheels' spin, friction and motors" in " ".join(plain.split())
+    assert "friction(ω)" not in plain
+    motor = trundle.Motor(torque_constant=0.02, resistance=1.5, gear=43.7)
+    robot = ROBOTS["differential"]
+    wheels = tuple(
+        dataclasses.replace(each, spin_inertia=0.001, motor=motor) if each.driven else each
+        for each in robot.wheels
+    )
+    text = render_text(document(dataclasses.replace(robot, wheels=wheels), "dynamics"))
+    assert "τ_w = Wᵀ F_B + J ω̇ + friction" in text
+    assert "U = R" in text
+
+
+def test_the_order_of_the_joint_efforts_is_told() -> None:
+    step = next(each for each in steps_of(whole("omni3")) if each.heading == "Joint efforts")
+    assert "Joint 1 is y and joint 2 is x" in step.text
+    told = [str(each.left) for each in step.formulas if isinstance(each, Value)]
+    assert told[1:] == ["F_x", "F_y", "M_z"]
 
 
 # ---- how it is written out -------------------------------------------------------------------

@@ -128,9 +128,9 @@ _JUMP, _FAR = 0.3, 20.0
 def heading_jumps(t: Array, desired: Array) -> list[str]:
     """Return what to say of a desired heading (T + 1, 3) that jumps, which no robot can follow."""
     change = np.abs(np.diff(desired[:, 2]))
-    at = np.flatnonzero(change > max(_JUMP, _FAR * float(np.median(change)) if len(change) else 0))
-    if len(at) == 0:
+    if change.max(initial=0.0) <= max(_JUMP, _FAR * float(change.sum()) / max(len(change), 1)):
         return []
+    at = np.flatnonzero(change > _JUMP)
     when, most = t[at[0] + 1], change[at].max()
     return [
         f"The desired heading jumps by up to {most:.3g} rad (first at t = {when:.4g} s): so large "

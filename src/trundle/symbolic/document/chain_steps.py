@@ -33,6 +33,13 @@ _INWARD = (
     r"n = N + R n' + P_{C} \times F + P' \times R f'",
     r"\tau = z \cdot f \text{ (prismatic), } z \cdot n \text{ (revolute)}",
 )
+_LETTERS = (
+    r"In this section $\alpha$, $a$, $\theta$ and $d$ are the columns of Denavit and Hartenberg's "
+    "table, not sizes of the robot; $T$ is a transform between links. With every step shown, $R$ "
+    "is the rotation between links (the standard letter, in books with both links' numbers), not "
+    r"the radii; $\omega$ a link's angular velocity, not wheel speeds; $N$ the moment of a link's "
+    r"inertia, not the allowed twists; $n$ the moment between links; $\tau$ a joint's effort."
+)
 _MEANING = {
     base.m: "kg",
     base.I_cz: "kg m²",
@@ -42,8 +49,8 @@ _MEANING = {
 _WORDS = {
     base.m: "mass of body and wheels",
     base.I_cz: "inertia about the vertical through the centre of mass",
-    base.x_bc: "centre of mass, ahead of the body's origin",
-    base.y_bc: "centre of mass, to the left of it",
+    base.x_bc: "centre of mass, ahead of the body's origin (negative: behind)",
+    base.y_bc: "centre of mass, to the left of it (negative: right)",
 }
 # Vectors with fewer operations than this stand in one row.
 _SHORT = 12
@@ -51,7 +58,7 @@ _SHORT = 12
 
 def chain(case: Case) -> Section:
     """Return the Denavit-Hartenberg table, its transforms, and the recursion."""
-    steps = [_masses(case), _table(), *_transforms(), *_recursion()]
+    steps = [Step("Letters", _LETTERS), _masses(case), _table(), *_transforms(), *_recursion()]
     return Section("The body as a chain of joints", tuple(steps))
 
 
@@ -115,7 +122,8 @@ def _recursion() -> tuple[Step, ...]:
         Step(
             "Inward: forces and moments",
             "Back from the last link: $f$ and $n$ are what the link before gives to a link; those "
-            "of the next link, with a dash, are turned by $R$ and act at $P'$.",
+            "of the next link, with a dash, are turned by $R$ and act at $P'$. Joint 1 is y, "
+            "joint 2 is x, joint 3 is psi: their efforts are $F_{y}$, $F_{x}$ and $M_{z}$.",
             tuple(Law(each) for each in _INWARD),
             detail=True,
         ),

@@ -20,7 +20,7 @@ _EQUAL = 1e-9
 _LEAST_SQUARES = (
     ("The distance to make small",
      r"The twists $W \omega$ do not fill the space of all twists. Of a twist $\zeta$ that lies "
-     "outside, take the nearest: make the sum of squares $F$ of what is missing small.",
+     "outside, take the nearest: make the sum of squares $F$ (no force) of what is missing small.",
      (r"F(\omega) = \left(\zeta - W \omega\right)^{T} \left(\zeta - W \omega\right) = "
       r"\zeta^{T} \zeta - 2 \omega^{T} W^{T} \zeta + \omega^{T} W^{T} W \omega",)),
     ("Its slope is zero",
@@ -54,6 +54,10 @@ _PLAIN = (
      (r"\left(W^{T} W\right)^{-1} W^{T} = W^{-1} W^{-T} W^{T} = W^{-1}",
       r"W^{T} \left(W W^{T}\right)^{-1} = W^{T} W^{-T} W^{-1} = W^{-1}")),
 )  # fmt: skip
+_MIXED = (
+    "Least squares mix m/s and rad/s as plain numbers: $W^{T} W$ adds squares of both, such as m² "
+    "and 1."
+)
 _DERIVED = {"left": _LEAST_SQUARES, "right": _LEAST_NORM, "inverse": _PLAIN}
 _NAMES = {
     "left": ("least squares", r"\left(W^{T} W\right)^{-1} W^{T}", r"W^{T} W"),
@@ -127,7 +131,8 @@ def _here(case: Case, told: PseudoInverse) -> list[Step]:
     steps = []
     if normal:
         formula = case.factored(normal, told.normal)
-        steps.append(Step("The matrix to invert", "", (formula,), detail=True))
+        mixed = _MIXED if told.kind == "left" else ""
+        steps.append(Step("The matrix to invert", mixed, (formula,), detail=True))
     text = _compared(case, told.matrix)
     steps.append(Step(heading, text, (law, case.factored("W^{+}", told.matrix))))
     return [*steps, _check(case, told)]

@@ -14,12 +14,20 @@ from trundle.symbolic.tidy import tidy_matrix
 
 _F = sympy.Matrix(sympy.symbols("F_x F_y M_z"))
 
+_LETTERS = (
+    r"In this section $n$ is the bias of the equations of motion, no moment, but for the shaking "
+    r"moment $n_{0}$; $\tau = (F_{x}, F_{y}, M_{z})$ is the force on the body, no wheel torque. "
+    "With every step shown, $T$ is the kinetic energy and $C$ the Christoffel matrix, not the "
+    "transforms and the side-slip rows."
+)
+
 
 def equations_of_motion(case: Case) -> Section:
     """Return M and n, the shaking force and moment, and the check by energies."""
     made = planar_base()
     first, shaking = _forces()
     steps = [
+        Step("Letters", _LETTERS),
         first,
         Step(
             "Equations of motion",
@@ -45,15 +53,20 @@ def _forces() -> tuple[Step, Step]:
     first = Step(
         "Joint efforts",
         "The efforts along x, y and psi are the forces that the wheels must give to the body, in "
-        "the inertial frame:",
-        (Value(r"\tau", _F), Value(r"\tau", efforts)),
+        "the inertial frame. Joint 1 is y and joint 2 is x; from here on they are sorted as "
+        r"$q = (x, y, \psi)$:",
+        (
+            Value(r"\tau", _F),
+            *(Value(name, effort) for name, effort in zip(_F, efforts, strict=True)),
+        ),
         detail=True,
     )
     shaking = Step(
         "Shaking force and moment",
-        "What the ground gives to the robot, about the inertial frame's origin; the ground feels "
-        "the opposite. They are the mass times the acceleration of its centre, and the rate of "
-        "the angular momentum.",
+        "What the ground must take: with it a robot that speeds up or turns shakes what it stands "
+        "on. Here it is what the ground gives to the robot, about the inertial frame's origin; the "
+        "ground feels the opposite. Force and moment are the mass times the acceleration "
+        "of its centre, and the rate of the angular momentum.",
         (Value("f_{0}", made.shaking_force), Value("n_{0}", made.shaking_moment)),
     )
     return first, shaking

@@ -12,10 +12,17 @@ from trundle.symbolic.document.chain_steps import chain
 from trundle.symbolic.document.inverses import inverses
 from trundle.symbolic.document.motion import equations_of_motion
 from trundle.symbolic.document.notation import notation
-from trundle.symbolic.document.parts import Document, Section, literal
+from trundle.symbolic.document.parts import Document, Section, Step, literal
 from trundle.symbolic.document.rows import rows
 from trundle.symbolic.document.torques import wheel_torques
 from trundle.symbolic.document.twist_map import allowed_twists, speeds_from_twist, wheel_map
+
+_LETTERS = Step(
+    "Letters",
+    r"In this section $R$ holds the wheels' radii, $C$ the side-slip rows and $N$ the allowed "
+    r"twists; $\omega$ are wheel speeds, $\theta_{i}$ is the direction in which wheel $i$ rolls, "
+    "and $a$, $d$ and $l$, with or without an index, are sizes of the robot.",
+)
 
 TOPICS = ("kinematics", "pseudo-inverse", "dynamics")
 
@@ -71,7 +78,13 @@ def _listed(topics: tuple[str, ...]) -> str:
 
 
 def _kinematics(case: Case) -> list[Section]:
-    steps = [*rows(case), *allowed_twists(case), *wheel_map(case), *speeds_from_twist(case)]
+    steps = [
+        _LETTERS,
+        *rows(case),
+        *allowed_twists(case),
+        *wheel_map(case),
+        *speeds_from_twist(case),
+    ]
     return [Section("Kinematics", tuple(steps)), abilities(case)]
 
 
