@@ -255,6 +255,14 @@ def test_dynamics_in_wheel_speeds_are_those_of_the_numbers(name: str) -> None:
     assert shown == pytest.approx(model.wheel_mass_matrix, rel=SHOWN)
 
 
+def test_a_long_w_leaves_the_numbers() -> None:
+    robot = ROBOTS["odd_omni"].with_body(mass=30.0, inertia=0.7, com=(0.05, 0.02))
+    wheels = tuple(dataclasses.replace(each, mass=0.5, spin_inertia=0.0) for each in robot.wheels)
+    robot = dataclasses.replace(robot, wheels=wheels)
+    shown = np.array(told_of(robot, "M_{w}").tolist(), dtype=np.float64)
+    assert shown == pytest.approx(trundle.Dynamics(robot).wheel_mass_matrix, rel=SHOWN)
+
+
 def test_the_differential_drive_has_two_scalar_equations() -> None:
     """Force over mass with I_cz, and turning about the axle; x_bc brings both together."""
     step = next(each for each in steps_of(whole("differential")) if "scalar" in each.heading)
