@@ -92,22 +92,21 @@ class Trajectory:
         """Return the pose and so many derivatives, each (..., 3), at times (...,)."""
         times = _times(t)
         flat = times.reshape(-1)
-        out = np.empty((orders, flat.size, 3))
+        out = np.empty((orders, 3, flat.size))
         for first in range(0, flat.size, _BLOCK):
             block = slice(first, first + _BLOCK)
-            self._fill(flat[block], out[:, block])
-        return tuple(out.reshape(orders, *times.shape, 3))
+            self._fill(flat[block], out[:, :, block])
+        return tuple(np.moveaxis(out.reshape(orders, 3, *times.shape), 1, -1))
 
     def _fill(self, t: Array, out: Array) -> None:
         orders = len(out)
         ends = self.curve.period is None
         inside = np.clip(t, 0.0, self.duration) if ends else t
         curve = self.curve.derivatives(inside, orders + self.heading.extra)
-        out[:, :, 0] = curve[:orders, 0]
-        out[:, :, 1] = curve[:orders, 1]
-        out[:, :, 2] = self.heading.angles(inside, curve, orders)
+        out[:, :2] = curve[:orders]
+        out[:, 2] = self.heading.angles(inside, curve, orders)
         if ends and (outside := inside != t).any():
-            out[1:, outside] = 0.0
+            out[1:, :, outside] = 0.0
 
     def moved(self, x: float = 0.0, y: float = 0.0, psi: float = 0.0) -> Trajectory:
         """Return it turned by psi about the origin, then shifted by (x, y).

@@ -51,7 +51,7 @@ def run_adaptive(
         c, s = math.cos(state[2]), math.sin(state[2])
         u, v = state[3], state[4]
         rate = c * u - s * v, s * u + c * v
-        return *evaluate(*flat, 0, *constants, *state.tolist(), *rate, c, s), c, s
+        return *evaluate(*flat, 0, 1, *constants, *state.tolist(), *rate, c, s), c, s
 
     def slope(time: float, state: Array) -> list[float]:
         a_u, a_v, a_r, *_, c, s = at(time, state)

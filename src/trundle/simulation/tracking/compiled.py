@@ -74,7 +74,7 @@ def run_loop(
     if len(course.position) < _WORTH_COMPILING or not importlib.util.find_spec("numba"):
         return run_plain(method, law, course, constants, dts, start, notes)
     gains, body, wheels, *rest = constants
-    flat = (np.ascontiguousarray(each).ravel() for each in course)
+    flat = (each.T.ravel() for each in course)
     lists = (np.array(each) for each in (gains, body, wheels))
     loop = _compiled(method, law, constants.hindered)
     return int(loop(*flat, *lists, *rest, dts, start, notes.reshape(-1)))
@@ -91,7 +91,7 @@ def run_plain(
 ) -> int:
     """Do what ``run_loop`` does, in Python's floats."""
     rows = bytearray(8 * COLUMNS * (len(dts) + 1))
-    flat = (each.ravel().tolist() for each in course)
+    flat = (each.T.ravel().tolist() for each in course)
     loop = plain_loop(method, law, constants.hindered)
     steps = loop(*flat, *constants, dts.tolist(), start.tolist(), rows)
     notes[:] = np.frombuffer(rows).reshape(-1, COLUMNS).T

@@ -82,7 +82,7 @@ def track_twist(
             *ended_early(t, steps),
             *_reports(limited[:steps], error),
             *_sideways(twist, course, steps),
-            *heading_jumps(done, course.position[: steps + 1]),
+            *heading_jumps(done, course.position[: steps + 1], error[:, 2]),
         ),
         **_forces(robot, first, twist, speeds, angles, done),
     )

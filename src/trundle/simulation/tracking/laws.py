@@ -57,12 +57,12 @@ def make_ground(jit: Jit) -> Function:
 def make_evaluate(law: Law, hindered: bool, jit: Jit) -> Function:
     """Return the function that evaluates the closed loop at one state.
 
-    It takes desired position, velocity and acceleration (flat, 3 numbers a row) and where the row
-    starts, the constants of law, body and wheels, whether heading errors are wrapped, pose, twist,
-    (x_dot, y_dot) in the inertial frame, cosine and sine of the heading. It returns acceleration
-    (3) and commanded force (3) in the body frame, and the error (3). The acceleration is
-    ``P (F - c(zeta))`` with P = N (N^T M N)^-1 N^T; ``body`` holds mass, centre of mass and the six
-    numbers of P.
+    It takes desired position, velocity and acceleration (each three columns of so many numbers,
+    one after the other), which of them and how many, the constants of law, body and wheels, whether
+    heading errors are wrapped, pose, twist, (x_dot, y_dot) in the inertial frame, cosine and sine
+    of the heading. It returns acceleration (3) and commanded force (3) in the body frame, and the
+    error (3). The acceleration is ``P (F - c(zeta))`` with P = N (N^T M N)^-1 N^T; ``body`` holds
+    mass, centre of mass and the six numbers of P.
 
     Args:
         law: the control law.
@@ -73,16 +73,18 @@ def make_evaluate(law: Law, hindered: bool, jit: Jit) -> Function:
     ground = jit(make_ground(jit)) if hindered else None
 
     def evaluate(
-        at: Any, going: Any, rising: Any, j: int, gains: Any, body: Any, wheels: Any, count: int,
-        wraps: float, x: float, y: float, psi: float, u: float, v: float, r: float,
+        at: Any, going: Any, rising: Any, j: int, size: int, gains: Any, body: Any, wheels: Any,
+        count: int, wraps: bool, x: float, y: float, psi: float, u: float, v: float, r: float,
         x_dot: float, y_dot: float, c: float, s: float,
     ) -> Any:  # fmt: skip
-        e_x, e_y, e_psi = at[j] - x, at[j + 1] - y, at[j + 2] - psi
+        k = j + size
+        i = k + size
+        e_x, e_y, e_psi = at[j] - x, at[k] - y, at[i] - psi
         if wraps and not -math.pi < e_psi <= math.pi:
             e_psi -= TURN * math.ceil((e_psi - math.pi) / TURN)
         X, Y, Z = command(
-            gains, e_x, e_y, e_psi, going[j] - x_dot, going[j + 1] - y_dot, going[j + 2] - r,
-            rising[j], rising[j + 1], rising[j + 2], c, s, u, v, r,
+            gains, e_x, e_y, e_psi, going[j] - x_dot, going[k] - y_dot, going[i] - r,
+            rising[j], rising[k], rising[i], c, s, u, v, r,
         )  # fmt: skip
         if ground is None:
             F_x, F_y, F_z = X, Y, Z

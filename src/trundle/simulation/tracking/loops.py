@@ -71,10 +71,10 @@ def _make_lecture(evaluate: Function, write: Function, _: Jit) -> Function:
         x, y, psi, u, v, r = start[0], start[1], start[2], start[3], start[4], start[5]
         c, s = math.cos(psi), math.sin(psi)
         x_dot, y_dot = c * u - s * v, s * u + c * v
-        steps = len(dts)
+        steps, width = len(dts), len(at) // 3
         for k in range(steps + 1):
             a_u, a_v, a_r, X, Y, Z, e_x, e_y, e_psi = evaluate(
-                at, going, rising, 3 * k, gains, body, wheels, count, wraps,
+                at, going, rising, k, width, gains, body, wheels, count, wraps,
                 x, y, psi, u, v, r, x_dot, y_dot, c, s,
             )  # fmt: skip
             write(notes, k, steps + 1, x, y, psi, u, v, r, X, Y, Z, e_x, e_y, e_psi, c, s)
@@ -109,10 +109,10 @@ def _make_semi_implicit(evaluate: Function, write: Function, jit: Jit) -> Functi
     ) -> int:  # fmt: skip
         x, y, psi, u, v, r = start[0], start[1], start[2], start[3], start[4], start[5]
         c, s = math.cos(psi), math.sin(psi)
-        steps = len(dts)
+        steps, width = len(dts), len(at) // 3
         for k in range(steps + 1):
             a_u, a_v, a_r, X, Y, Z, e_x, e_y, e_psi = evaluate(
-                at, going, rising, 3 * k, gains, body, wheels, count, wraps,
+                at, going, rising, k, width, gains, body, wheels, count, wraps,
                 x, y, psi, u, v, r, c * u - s * v, s * u + c * v, c, s,
             )  # fmt: skip
             write(notes, k, steps + 1, x, y, psi, u, v, r, X, Y, Z, e_x, e_y, e_psi, c, s)
@@ -140,12 +140,12 @@ def _make_rk4(evaluate: Function, write: Function, _: Jit) -> Function:
         wraps: bool, dts: Any, start: Any, notes: Any,
     ) -> int:  # fmt: skip
         x, y, psi, u, v, r = start[0], start[1], start[2], start[3], start[4], start[5]
-        steps = len(dts)
+        steps, width = len(dts), len(at) // 3
         for k in range(steps + 1):
-            j = 6 * k
+            j = 2 * k
             c, s = math.cos(psi), math.sin(psi)
             a_u, a_v, a_r, X, Y, Z, e_x, e_y, e_psi = evaluate(
-                at, going, rising, j, gains, body, wheels, count, wraps,
+                at, going, rising, j, width, gains, body, wheels, count, wraps,
                 x, y, psi, u, v, r, c * u - s * v, s * u + c * v, c, s,
             )  # fmt: skip
             write(notes, k, steps + 1, x, y, psi, u, v, r, X, Y, Z, e_x, e_y, e_psi, c, s)
@@ -165,8 +165,8 @@ def _make_rk4(evaluate: Function, write: Function, _: Jit) -> Function:
                 c, s = math.cos(p_n), math.sin(p_n)
                 x_n, y_n = c * u_n - s * v_n, s * u_n + c * v_n
                 u_i, v_i, r_i, X, Y, Z, e_x, e_y, e_psi = evaluate(
-                    at, going, rising, j + (6 if i == 3 else 3), gains, body, wheels, count, wraps,
-                    x + h * x_i, y + h * y_i, p_n, u_n, v_n, r_n, x_n, y_n, c, s,
+                    at, going, rising, j + (2 if i == 3 else 1), width, gains, body, wheels,
+                    count, wraps, x + h * x_i, y + h * y_i, p_n, u_n, v_n, r_n, x_n, y_n, c, s,
                 )  # fmt: skip
                 x_i, y_i, p_i = x_n, y_n, r_n
                 weight = 1.0 if i == 3 else 2.0

@@ -65,7 +65,8 @@ def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
         gained = np.einsum("it,it->t", torques[:, :-1], turns)
     np.cumsum(gained, out=work[1:])
     np.cumsum(turns, axis=1, out=turns)
-    np.einsum("it,ij,jt->t", twist, 0.5 * plant.here.M, twist, out=energy)
+    momentum = product(0.5 * plant.here.M, twist, np.empty_like(twist))
+    np.einsum("it,it->t", momentum, twist, out=energy)
     names = tuple(wheel.name for wheel in dynamics.robot.driven)
     return Run(
         t=done,
@@ -85,7 +86,7 @@ def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
         saturated=saturated.T,
         reports=(
             *_reports(t, steps, saturated, error, names),
-            *heading_jumps(done, desired[: steps + 1]),
+            *heading_jumps(done, desired[: steps + 1], error[2]),
         ),
     )
 
@@ -125,8 +126,16 @@ def ended_early(t: Array, steps: int) -> list[str]:
 _JUMP, _FAR = 0.3, 20.0
 
 
-def heading_jumps(t: Array, desired: Array) -> list[str]:
-    """Return what to say of a desired heading (T + 1, 3) that jumps, which no robot can follow."""
+def heading_jumps(t: Array, desired: Array, error: Array) -> list[str]:
+    """Return what to say of a desired heading that jumps, which no robot can follow.
+
+    Args:
+        t: (T + 1,) times [s].
+        desired: (T + 1, 3) poses.
+        error: (T + 1,) of the heading [rad].
+    """
+    if np.abs(error).max(initial=0.0) < _JUMP:
+        return []
     change = np.abs(np.diff(desired[:, 2]))
     if change.max(initial=0.0) <= max(_JUMP, _FAR * float(change.sum()) / max(len(change), 1)):
         return []

@@ -103,7 +103,8 @@ def _lagrange() -> tuple[Step, ...]:
         Step(
             "Christoffel form",
             r"With $C$ from the Christoffel symbols of $M$, $n = C \dot{q}$, and "
-            r"$\dot{M} - 2 C$ is skew-symmetric: the forces in $n$ do no work.",
+            r"$\dot{M} - 2 C$ is skew-symmetric: the power of $\tau$ is the rate of the kinetic "
+            "energy.",
             (Value("C", C), Value(r"\dot{M} - 2 C", skew)),
             detail=True,
         ),
