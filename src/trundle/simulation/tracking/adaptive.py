@@ -40,7 +40,7 @@ def run_adaptive(
         constants: of law, body and wheels.
         t: (T + 1,) times [s].
         start: (6,) pose and twist.
-        notes: (15, T + 1), to be filled.
+        notes: (18, T + 1), to be filled.
     """
     from scipy.integrate import solve_ivp
 
@@ -73,5 +73,8 @@ def run_adaptive(
         )
     for k, state in enumerate(found.y.T):
         _, _, _, X, Y, Z, *error, c, s = at(float(t[k]), state)
-        notes[:, k] = (*state, X, Y, Z, c * X - s * Y, s * X + c * Y, Z, *error)
-    return int(found.y.shape[1]) - 1
+        notes[:15, k] = (*state, X, Y, Z, c * X - s * Y, s * X + c * Y, Z, *error)
+    made = found.y.shape[1]
+    steps = 0.5 * np.diff(t[:made]) * (found.y[3:, 1:] + found.y[3:, :-1])
+    notes[15:, :made] = np.hstack([np.zeros((3, 1)), np.cumsum(steps, axis=1)])
+    return int(made) - 1

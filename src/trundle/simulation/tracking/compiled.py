@@ -69,7 +69,7 @@ def run_loop(
         constants: of law, body and wheels.
         dts: (T,) steps [s].
         start: (6,) pose and twist.
-        notes: (15, T + 1) contiguous, to be filled.
+        notes: (18, T + 1) contiguous, to be filled.
     """
     if len(course.position) < _WORTH_COMPILING or not importlib.util.find_spec("numba"):
         return run_plain(method, law, course, constants, dts, start, notes)

@@ -19,7 +19,7 @@ class Motion(NamedTuple):
     """What a closed loop did in k <= T steps."""
 
     steps: int  # k
-    block: Array  # (15 + 3 n + 2, T + 1): the loop's notes, and room for what follows from them
+    block: Array  # (18 + 3 n + 2, T + 1): the loop's notes, and room for what follows from them
     asked: Array | None = None  # (n, k) torques commanded [N m], where not the least for the force
     continuous: bool = False  # whether the law was evaluated within the steps, not held over them
     straight: bool = False  # whether force and acceleration kept their direction over each step
@@ -37,8 +37,8 @@ def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
     steps, dynamics, n = motion.steps, plant.dynamics, len(plant.G)
     done = t[: steps + 1]
     # Whole columns stand together in memory, all of them in one block that is quick to come by.
-    pose, twist, body_force, force, error, speeds, angles, torques = np.split(
-        motion.block[:-2, : steps + 1], [3, 6, 9, 12, 15, 15 + n, 15 + 2 * n]
+    pose, twist, body_force, force, error, moved, speeds, angles, torques = np.split(
+        motion.block[:-2, : steps + 1], [3, 6, 9, 12, 15, 18, 18 + n, 18 + 2 * n]
     )
     energy, work = motion.block[-2:, : steps + 1]
     product(plant.G, twist, out=speeds)
@@ -52,19 +52,16 @@ def motion_run(plant: Plant, motion: Motion, t: Array, desired: Array) -> Run:
         slack = _ROUNDING * np.maximum(np.abs(torques), 1.0)
         saturated = (np.abs(held - torques) > slack)[:, :-1]
         torques[:] = held
-    turns = angles[:, 1:]
-    np.add(speeds[:, 1:], speeds[:, :-1], out=turns)
-    turns *= 0.5 * np.diff(done)
-    work[0], angles[:, 0] = 0.0, 0.0
+    product(plant.G, moved, out=angles)
+    work[0] = 0.0
     if motion.continuous:
         power = np.einsum("it,it->t", torques, speeds)
         gained = 0.5 * np.diff(done) * (power[1:] + power[:-1])
     elif motion.straight and not plant.acting:
         gained = np.einsum("it,it->t", force[:, :-1], np.diff(pose, axis=1))
     else:
-        gained = np.einsum("it,it->t", torques[:, :-1], turns)
+        gained = np.einsum("it,it->t", torques[:, :-1], np.diff(angles, axis=1))
     np.cumsum(gained, out=work[1:])
-    np.cumsum(turns, axis=1, out=turns)
     momentum = product(0.5 * plant.here.M, twist, np.empty_like(twist))
     np.einsum("it,it->t", momentum, twist, out=energy)
     names = tuple(wheel.name for wheel in dynamics.robot.driven)

@@ -59,6 +59,7 @@ def run_sampled(
         asked[:, k], force = _as_force(controller.output, command, plant, state)
         constants = plant.constants(tuple(force.tolist()), plain, controller.output == "force")
         made, moved = _hold(method, constants, part, t[k : k + 2], state)
+        made[15:] += notes[15:, k : k + 1] if k else 0.0
         notes[:, k : k + 2] = made
         if not moved:
             steps = k
@@ -122,7 +123,7 @@ def as_command(command: npt.ArrayLike, width: int, output: str) -> Array:
 def _hold(
     method: str, constants: Constants, part: Course, times: Array, state: Array
 ) -> tuple[Array, int]:
-    """Return the notes (15, 2) of a step under a held force, and 0 where the motion outgrew it."""
+    """Return the notes (18, 2) of a step under a held force, and 0 where the motion outgrew it."""
     notes = np.empty((COLUMNS, 2))
     if method == "adaptive":
         first, last = Course(*(e[:1] for e in part)), Course(*(e[-1:] for e in part))
