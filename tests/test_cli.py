@@ -10,31 +10,6 @@ from trundle.cli.app import run
 from trundle.robot import CATALOG, load, to_toml
 
 
-@pytest.fixture
-def trundle(capsys, monkeypatch):
-    """Run the command; return exit code, stdout and stderr."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*args):
-        code = run([str(arg) for arg in args])
-        told = capsys.readouterr()
-        return code, told.out, told.err
-
-    return call
-
-
-@pytest.fixture
-def ask(trundle):
-    """Run the command with --json and return the one value on stdout."""
-
-    def call(*args):
-        code, out, _ = trundle(*args, "--json")
-        assert code == 0
-        return json.loads(out)
-
-    return call
-
-
 def test_catalog_lists_the_names(ask):
     assert ask("catalog") == list(CATALOG)
 

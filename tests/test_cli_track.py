@@ -1,11 +1,8 @@
 """``trundle track``: the lectures' numbers from the command line, its files, and its refusals."""
 
-import json
-
 import numpy as np
 import pytest
 
-from trundle.cli.app import run
 from trundle.simulation import Run
 
 # The table of the lectures' motion control is printed with five digits.
@@ -14,31 +11,6 @@ LECTURE = [
     *("--heading", "lecture", "--method", "lecture", "--dt", "0.1", "--duration", "60"),
     *("--mass", "30", "--inertia", "0.1", "--com", "0", "0"),
 ]
-
-
-@pytest.fixture
-def trundle(capsys, monkeypatch):
-    """Run the command; return exit code, stdout and stderr."""
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*args):
-        code = run([str(arg) for arg in args])
-        told = capsys.readouterr()
-        return code, told.out, told.err
-
-    return call
-
-
-@pytest.fixture
-def ask(trundle):
-    """Run the command with --json and return the one value on stdout."""
-
-    def call(*args):
-        code, out, _ = trundle(*args, "--json")
-        assert code == 0
-        return json.loads(out)
-
-    return call
 
 
 # Largest |error| of x and y, PD and computed torque, of the lectures' second part.

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trundle.dynamics import Dynamics, friction_torque, wheel_loads
+from trundle.dynamics import Dynamics, friction_torque, to_body, wheel_loads
 from trundle.kinematics import Kinematics
 from trundle.motion import Course
 from trundle.robot import Robot, RollingWheel, missing_masses
@@ -106,9 +106,9 @@ def body_twists(course: Course) -> tuple[Array, Array]:
     psi = course.position[:, 2]
     c, s, r = np.cos(psi), np.sin(psi), course.velocity[:, 2]
     (x, y), (x_dot, y_dot) = course.velocity[:, :2].T, course.acceleration[:, :2].T
-    u, v = c * x + s * y, c * y - s * x
-    a_u, a_v = c * x_dot + s * y_dot + r * v, c * y_dot - s * x_dot - r * u
-    return np.stack([u, v, r], axis=-1), np.stack([a_u, a_v, course.acceleration[:, 2]], axis=-1)
+    (u, v), (a_u, a_v) = to_body(c, s, x, y), to_body(c, s, x_dot, y_dot)
+    rate = a_u + r * v, a_v - r * u, course.acceleration[:, 2]  # the body frame turns
+    return np.stack([u, v, r], axis=-1), np.stack(rate, axis=-1)
 
 
 def _rate(values: Array, t: Array) -> Array:

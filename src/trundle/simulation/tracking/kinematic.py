@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from trundle import se2
-from trundle.dynamics import Dynamics, to_body
+from trundle.dynamics import Dynamics, to_body, to_inertial
 from trundle.kinematics import Inverse, Kinematics
 from trundle.motion import Course
 from trundle.robot import Robot, missing_masses
@@ -61,7 +61,7 @@ def track_twist(
         u, v, r = found.twist
         pose[k + 1] = se2.step(*pose[k], *((t[k + 1] - t[k]) * found.twist))
         c, sine = math.cos(pose[k + 1, 2]), math.sin(pose[k + 1, 2])
-        rate = np.array([c * u - sine * v, sine * u + c * v, r])
+        rate = np.array([*to_inertial(c, sine, u, v), r])
     else:
         error[T] = reference(course, T, plain).error(pose[T])
     done, twist, speeds, angles = t[: steps + 1], twist[:steps], speeds[:steps], angles[:steps]
