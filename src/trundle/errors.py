@@ -51,6 +51,10 @@ class TrajectoryWarning(UserWarning):
     """A trajectory's velocity or acceleration is not the rate of what it derives."""
 
 
+class SpeedWarning(UserWarning):
+    """Something runs much slower than it could; the message says how to get the speed."""
+
+
 class StabilityWarning(UserWarning):
     """A simulated loop is unstable: its step is too long, or its gains are."""
 

@@ -60,6 +60,53 @@ step = make_step(math.sin, math.cos)
 step_arrays = make_step(np.sin, np.cos)
 
 
+def make_sinc(sin: Callable[[Any], Any], never_zero: Any = _NEVER_ZERO) -> Callable[[Any], Any]:
+    """Return sin(h) / h, which is 1 at h = 0, without a branch.
+
+    Args:
+        sin: the sine.
+        never_zero: what is added to h; a normal number of the type that the sine is read in.
+    """
+
+    def sinc(h: Any) -> Any:
+        nonzero = h + never_zero
+        return sin(nonzero) / nonzero
+
+    return sinc
+
+
+def make_chord(sinc: Callable[[Any], Any]) -> Callable[..., tuple[Any, Any]]:
+    """Return the first half of the step: from an increment (dx, dy, 2 half) to the arc's chord.
+
+    ``(a, b) = sin h / h (dx, dy)``, seen from the heading at the arc's middle. Where the increment
+    does not change, the chord does not, and only ``make_turned`` is left to do at each step.
+
+    >>> chord, turned = make_chord(make_sinc(math.sin)), make_turned(math.sin, math.cos)
+    >>> a, b = chord(math.pi, 0.0, math.pi / 2)
+    >>> x, y = turned(0.0 + math.pi / 2, a, b)
+    >>> round(x, 12), round(y, 12)
+    (0.0, 2.0)
+    """
+
+    def chord(dx: Any, dy: Any, half: Any) -> tuple[Any, Any]:
+        shrunk = sinc(half)
+        return shrunk * dx, shrunk * dy
+
+    return chord
+
+
+def make_turned(
+    sin: Callable[[Any], Any], cos: Callable[[Any], Any]
+) -> Callable[..., tuple[Any, Any]]:
+    """Return the second half of the step: the chord (a, b) turned to the heading at its middle."""
+
+    def turned(angle: Any, a: Any, b: Any) -> tuple[Any, Any]:
+        c, s = cos(angle), sin(angle)
+        return c * a - s * b, s * a + c * b
+
+    return turned
+
+
 def rotation(psi: npt.ArrayLike) -> Array:
     """Return J(psi), which turns a twist in the body frame into eta_dot in the inertial frame.
 

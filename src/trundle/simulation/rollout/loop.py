@@ -1,0 +1,41 @@
+"""What every loop takes, whatever it runs on."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Numbers = npt.NDArray[Any]
+
+
+class Arguments(NamedTuple):
+    """The arrays of a call, in the layout of the loops: robots along the last axis.
+
+    Attributes:
+        first: the first step to take.
+        steps: how many to take.
+        commands: (T, given, N) numbers of each step, (1, given, N) for all steps; the last axis is
+            1 where all robots share them.
+        moving: 1 where each step has its own commands, 0 where they are held.
+        shared: (k,) constants that all robots share.
+        own: (k, N) constants of each robot.
+        table: numbers that a reducer looks up.
+        key: (5,) words that make the random numbers.
+        state: (K, N) states, advanced in place.
+        every: how many steps lie between two rows of ``out``; 0 where none are kept.
+        out: (rows, 3, N) poses, filled in.
+    """
+
+    first: int
+    steps: int
+    commands: Numbers
+    moving: int
+    shared: Numbers
+    own: Numbers
+    table: Numbers
+    key: npt.NDArray[np.uint32]
+    state: Numbers
+    every: int
+    out: Numbers
