@@ -42,8 +42,9 @@ def computed_torque_law(jit: Jit) -> Function:
         k: Any, e_x: Any, e_y: Any, e_psi: Any, d_x: Any, d_y: Any, d_psi: Any,
         a_x: Any, a_y: Any, a_psi: Any, c: Any, s: Any, u: Any, v: Any, r: Any,
     ) -> Any:  # fmt: skip
-        a_x += k[0] * e_x + k[3] * d_x
-        a_y += k[1] * e_y + k[4] * d_y
+        # Not in place: where arrays are read, that would write into the reference.
+        a_x = a_x + (k[0] * e_x + k[3] * d_x)
+        a_y = a_y + (k[1] * e_y + k[4] * d_y)
         a_r = a_psi + k[2] * e_psi + k[5] * d_psi
         a_u, a_v = turned(c, s, a_x, a_y)
         a_u, a_v = a_u + r * v, a_v - r * u  # the body frame turns

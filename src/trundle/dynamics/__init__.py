@@ -1,6 +1,6 @@
 """Dynamics: masses and forces, of the body in the plane and of the wheels."""
 
-from trundle.dynamics.friction import friction_torque
+from trundle.dynamics.friction import SLOW, friction_torque
 from trundle.dynamics.ground import GroundForces
 from trundle.dynamics.loads import GRAVITY, wheel_loads
 from trundle.dynamics.model import Dynamics
@@ -9,6 +9,7 @@ from trundle.dynamics.planar import body_bias, to_body, to_inertial
 from trundle.dynamics.reduced import Reduced
 
 __all__ = [
+    "SLOW",
     "GRAVITY",
     "Dynamics",
     "GroundForces",

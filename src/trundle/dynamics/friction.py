@@ -16,12 +16,13 @@ from trundle.se2 import Array
 SLOW = 0.01
 
 
-def friction_torque(viscous: Any, coulomb: Any, omega: Any, sqrt: Any) -> Any:
+def friction_torque(viscous: Any, coulomb: Any, omega: Any, sqrt: Any, slow: Any = SLOW) -> Any:
     """Return the friction torque of a wheel at speed omega [N m], against its motion.
 
-    ``b omega + f omega / sqrt(omega^2 + SLOW^2)``; branch-free, in the arithmetic of ``sqrt``.
+    ``b omega + f omega / sqrt(omega^2 + SLOW^2)``; branch-free, in the arithmetic of ``sqrt`` and,
+    where that has numbers of its own, of ``slow``.
     """
-    return viscous * omega + coulomb * omega / sqrt(omega * omega + SLOW * SLOW)
+    return viscous * omega + coulomb * omega / sqrt(omega * omega + slow * slow)
 
 
 def coefficients(wheels: Sequence[RollingWheel]) -> tuple[Array, Array]:

@@ -28,6 +28,7 @@ class Arithmetic(NamedTuple):
     sinc: Function  # sin(x) / x, 1 at 0
     log: Function
     sqrt: Function
+    floor: Function
     minimum: Function
     maximum: Function
     where: Function
@@ -50,6 +51,7 @@ PLAIN = Arithmetic(
     sinc=make_sinc(math.sin),
     log=math.log,
     sqrt=math.sqrt,
+    floor=math.floor,
     minimum=min,
     maximum=max,
     where=_choose,
@@ -69,6 +71,7 @@ def array_arithmetic(dtype: str) -> Arithmetic:
         sinc=make_sinc(np.sin, number(_NEVER_ZERO[dtype])),
         log=np.log,
         sqrt=np.sqrt,
+        floor=np.floor,
         minimum=np.minimum,
         maximum=np.maximum,
         where=np.where,
@@ -173,6 +176,7 @@ def compiled_arithmetic(dtype: str, jit: Jit, bits: Function, wide: bool) -> Ari
         sinc=jit(make_sinc(sin, number(_NEVER_ZERO[dtype]))) if wide else near_sinc,
         log=_logarithm(dtype, jit, bits),
         sqrt=math.sqrt,
+        floor=np.floor,
         minimum=min,
         maximum=max,
         where=jit(_choose),

@@ -1,6 +1,7 @@
 """Simulation in closed loop."""
 
-from trundle.simulation.tracking.laws import Function, Jit, Law
+from trundle.simulation.arithmetic import Function, Jit
+from trundle.simulation.tracking.laws import Law
 from trundle.simulation.tracking.signals import Controller, Measurement, Reference
 from trundle.simulation.tracking.track import TRACK_METHODS, track
 

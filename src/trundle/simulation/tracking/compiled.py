@@ -10,7 +10,8 @@ import numpy as np
 
 from trundle.motion import Course
 from trundle.se2 import Array
-from trundle.simulation.tracking.laws import Function, Law
+from trundle.simulation.arithmetic import Function
+from trundle.simulation.tracking.laws import Law
 from trundle.simulation.tracking.loops import COLUMNS, into_columns, into_rows, make_loop
 
 # Python's floats take some five microseconds an evaluation, compiling takes about a second, once

@@ -15,7 +15,8 @@ import struct
 from typing import Any
 
 from trundle import se2
-from trundle.simulation.tracking.laws import Function, Jit, Law, make_evaluate
+from trundle.simulation.arithmetic import Function, Jit
+from trundle.simulation.tracking.laws import Law, make_evaluate
 
 COLUMNS = 18
 ENDLESS = 1e12  # a speed [m/s, rad/s] that no motion reaches and that still squares well

@@ -13,9 +13,9 @@ from trundle.errors import ShapeError, TrundleError
 from trundle.kinematics import finite
 from trundle.motion import Course
 from trundle.se2 import Array
+from trundle.simulation.arithmetic import Function, Jit
 from trundle.simulation.tracking.adaptive import run_adaptive
 from trundle.simulation.tracking.compiled import Constants, run_plain
-from trundle.simulation.tracking.laws import Function, Jit
 from trundle.simulation.tracking.loops import COLUMNS
 from trundle.simulation.tracking.plant import Plant
 from trundle.simulation.tracking.recorded import Motion, new_block
