@@ -12,9 +12,10 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-# Added to the half angle h so that sin(h) / h is 1 at h = 0 without a branch; it is far below the
-# rounding of every h that a robot turns, and the quotient has no cancellation near zero.
-_NEVER_ZERO = 1.7e-306
+# Added to the square of the half angle h so that sin(h) / h is 1 at h = 0 without a branch. It is
+# far below what rounding makes of every h that a robot turns; and where h = 0 the derivative is of
+# a smooth function, 0, so that gradients of the step are right there, too.
+NEVER_ZERO = 2.0**-54
 
 # Steps computed together: so few that their arrays stay in the processor's cache, so many that
 # numpy's cost per call does not count.
@@ -46,7 +47,7 @@ def make_step(
 
     def step(x: Any, y: Any, psi: Any, dx: Any, dy: Any, dpsi: Any) -> tuple[Any, Any, Any]:
         half = 0.5 * dpsi
-        nonzero = half + _NEVER_ZERO
+        nonzero = (half * half + NEVER_ZERO) ** 0.5
         chord = sin(nonzero) / nonzero
         middle = psi + half
         c = chord * cos(middle)
@@ -60,16 +61,19 @@ step = make_step(math.sin, math.cos)
 step_arrays = make_step(np.sin, np.cos)
 
 
-def make_sinc(sin: Callable[[Any], Any], never_zero: Any = _NEVER_ZERO) -> Callable[[Any], Any]:
+def make_sinc(
+    sin: Callable[[Any], Any], sqrt: Callable[[Any], Any], tiny: Any
+) -> Callable[[Any], Any]:
     """Return sin(h) / h, which is 1 at h = 0, without a branch.
 
     Args:
         sin: the sine.
-        never_zero: what is added to h; a normal number of the type that the sine is read in.
+        sqrt: the square root.
+        tiny: ``NEVER_ZERO`` in the type of number that they are read in.
     """
 
     def sinc(h: Any) -> Any:
-        nonzero = h + never_zero
+        nonzero = sqrt(h * h + tiny)
         return sin(nonzero) / nonzero
 
     return sinc
@@ -81,7 +85,10 @@ def make_chord(sinc: Callable[[Any], Any]) -> Callable[..., tuple[Any, Any]]:
     ``(a, b) = sin h / h (dx, dy)``, seen from the heading at the arc's middle. Where the increment
     does not change, the chord does not, and only ``make_turned`` is left to do at each step.
 
-    >>> chord, turned = make_chord(make_sinc(math.sin)), make_turned(math.sin, math.cos)
+    >>> chord, turned = (
+    ...     make_chord(make_sinc(math.sin, math.sqrt, NEVER_ZERO)),
+    ...     make_turned(math.sin, math.cos),
+    ... )
     >>> a, b = chord(math.pi, 0.0, math.pi / 2)
     >>> x, y = turned(0.0 + math.pi / 2, a, b)
     >>> round(x, 12), round(y, 12)

@@ -9,7 +9,17 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from trundle.cli import derive, describe, files, maps, replay, showcase, simulation, tracking
+from trundle.cli import (
+    derive,
+    describe,
+    files,
+    maps,
+    replay,
+    rollout,
+    showcase,
+    simulation,
+    tracking,
+)
 from trundle.cli.numbers import NumbersCommand
 from trundle.cli.output import err
 from trundle.errors import TrundleError
@@ -49,6 +59,7 @@ for command in (
     maps.forward,
     maps.inverse,
     simulation.simulate,
+    rollout.rollout,
     tracking.track,
     derive.derive,
     replay.odometry,

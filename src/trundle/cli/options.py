@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from trundle.cli.numbers import number
+from trundle.cli.numbers import number, positive
 from trundle.errors import FileError, TrundleError
 from trundle.robot import Robot, load
 from trundle.se2 import Array
@@ -27,6 +27,30 @@ Out = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Folder for pictures and files; made if need be."),
 ]
+GivenTwist = Annotated[
+    tuple[str, str, str] | None,
+    typer.Option("--twist", metavar="VX VY WZ", help="A constant twist."),
+]
+GivenSpeeds = Annotated[
+    list[float] | None,
+    typer.Option(
+        "--wheel-speeds", metavar="W1 W2 ...", parser=number, help="Constant speeds [rad/s]."
+    ),
+]
+GivenFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--commands",
+        metavar="FILE.csv",
+        help="One row per step, with a header: the driven wheels' names, or VX,VY,WZ; "
+        "for steered wheels NAME_deg beside the speeds.",
+    ),
+]
+Duration = Annotated[
+    float | None,
+    typer.Option("--duration", parser=positive, metavar="S", help="Length [s], 10 by default."),
+]
+Step = Annotated[float, typer.Option("--dt", parser=positive, metavar="S", help="Step [s].")]
 SteeringDeg = Annotated[
     list[float] | None,
     typer.Option(

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from trundle.cli import options
 from trundle.cli.maps import why_missing
-from trundle.cli.numbers import number, positive
+from trundle.cli.numbers import number
 from trundle.cli.output import (
     figure,
     folder,
@@ -37,33 +37,12 @@ _SLIP = 1e-6
 
 def simulate(
     robot: options.RobotName,
-    twist_given: Annotated[
-        tuple[str, str, str] | None,
-        typer.Option("--twist", metavar="VX VY WZ", help="A constant twist."),
-    ] = None,
-    wheel_speeds: Annotated[
-        list[float] | None,
-        typer.Option(
-            "--wheel-speeds", metavar="W1 W2 ...", parser=number, help="Constant speeds [rad/s]."
-        ),
-    ] = None,
-    commands: Annotated[
-        Path | None,
-        typer.Option(
-            "--commands",
-            metavar="FILE.csv",
-            help="One row per step, with a header: the driven wheels' names, or VX,VY,WZ; "
-            "for steered wheels NAME_deg beside the speeds.",
-        ),
-    ] = None,
+    twist_given: options.GivenTwist = None,
+    wheel_speeds: options.GivenSpeeds = None,
+    commands: options.GivenFile = None,
     steering_deg: options.SteeringDeg = None,
-    duration: Annotated[
-        float | None,
-        typer.Option("--duration", parser=positive, metavar="S", help="Length [s], 10 by default."),
-    ] = None,
-    dt: Annotated[
-        float, typer.Option("--dt", parser=positive, metavar="S", help="Step [s].")
-    ] = 0.05,
+    duration: options.Duration = None,
+    dt: options.Step = 0.05,
     pose: Annotated[
         tuple[str, str, str],
         typer.Option("--pose", metavar="X Y PSI", help="Start pose [m, m, rad]."),
@@ -85,7 +64,7 @@ def simulate(
     made = options.robot_of(robot, sizes)
     if animation not in ("gif", "mp4", "none"):
         raise TrundleError(f"--animation takes gif, mp4 or none, got {animation!r}")
-    chosen = _commands(made, twist_given, wheel_speeds, commands, steering_deg)
+    chosen = commands_of(made, twist_given, wheel_speeds, commands, steering_deg)
     if duration is None and commands is None:
         duration = 10.0
     target = folder(out_dir)
@@ -94,7 +73,7 @@ def simulate(
     files = _leave(made, run, target, animation, as_json) if target else []
     moved = np.diff(run.pose[:, :2], axis=0)
     length = float(np.hypot(moved[:, 0], moved[:, 1]).sum())
-    notes = _notes(made, chosen, run)
+    notes = notes_of(made, chosen, run)
     if as_json:
         print_json(
             {
@@ -126,7 +105,7 @@ def simulate(
         out.print(Text("--out DIR leaves the run, a log and pictures there.", style="dim"))
 
 
-def _notes(robot: Robot, chosen: dict[str, Any], run: Run) -> list[str]:
+def notes_of(robot: Robot, chosen: dict[str, Any], run: Run) -> list[str]:
     """Return what the user should know of the commands: what was driven instead, or disagrees."""
     kinematics = Kinematics(robot)
     if "twist" in chosen:
@@ -156,7 +135,7 @@ def _notes(robot: Robot, chosen: dict[str, Any], run: Run) -> list[str]:
     return notes
 
 
-def _commands(
+def commands_of(
     robot: Robot,
     twist_given: tuple[str, str, str] | None,
     wheel_speeds: list[float] | None,

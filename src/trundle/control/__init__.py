@@ -1,5 +1,6 @@
 """Control: from what is measured and wanted to forces, torques and twists."""
 
+from trundle.control.mppi import MPPI, Foresight
 from trundle.control.pose import PD, ComputedTorque
 from trundle.control.rate import ResolvedRate
 from trundle.control.reduced import ReducedComputedTorque
@@ -7,9 +8,11 @@ from trundle.control.tracking import GoToPose, Kanayama
 from trundle.simulation import Controller, Measurement, Reference
 
 __all__ = [
+    "MPPI",
     "PD",
     "ComputedTorque",
     "Controller",
+    "Foresight",
     "GoToPose",
     "Kanayama",
     "Measurement",

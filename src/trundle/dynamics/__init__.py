@@ -6,11 +6,11 @@ from trundle.dynamics.loads import GRAVITY, wheel_loads
 from trundle.dynamics.model import Dynamics
 from trundle.dynamics.motors import Limits, Motors
 from trundle.dynamics.planar import body_bias, to_body, to_inertial
-from trundle.dynamics.reduced import Reduced
+from trundle.dynamics.reduced import Reduced, reduce
 
 __all__ = [
-    "SLOW",
     "GRAVITY",
+    "SLOW",
     "Dynamics",
     "GroundForces",
     "Limits",
@@ -18,6 +18,7 @@ __all__ = [
     "Reduced",
     "body_bias",
     "friction_torque",
+    "reduce",
     "to_body",
     "to_inertial",
     "wheel_loads",

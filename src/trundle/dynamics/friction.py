@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
+from trundle.kinematics import abreast
 from trundle.robot import RollingWheel
 from trundle.se2 import Array
 
@@ -26,12 +25,7 @@ def friction_torque(viscous: Any, coulomb: Any, omega: Any, sqrt: Any, slow: Any
 
 
 def coefficients(wheels: Sequence[RollingWheel]) -> tuple[Array, Array]:
-    """Return viscous b [N m s/rad] and Coulomb f [N m], each (k,); f with the motors' own."""
-    viscous = np.array([wheel.viscous_friction for wheel in wheels])
-    coulomb = np.array(
-        [
-            wheel.coulomb_friction + (wheel.motor.friction_torque if wheel.motor else 0.0)
-            for wheel in wheels
-        ]
-    )
-    return viscous, coulomb
+    """Return viscous b [N m s/rad] and Coulomb f [N m], each (..., k); f with the motors' own."""
+    motors = [wheel.motor.friction_torque if wheel.motor else 0.0 for wheel in wheels]
+    coulomb = [wheel.coulomb_friction + own for wheel, own in zip(wheels, motors, strict=True)]
+    return abreast([wheel.viscous_friction for wheel in wheels]), abreast(coulomb)

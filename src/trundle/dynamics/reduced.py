@@ -16,6 +16,7 @@ import numpy as np
 from trundle.dynamics.friction import coefficients, friction_torque
 from trundle.dynamics.planar import body_bias
 from trundle.kinematics import (
+    abreast,
     gains,
     motion_projector,
     rolling_matrix,
@@ -32,9 +33,14 @@ REPEATED = 1e-9
 
 
 def body_mass_matrix(mass: float, com: Array, inertia: float) -> Array:
-    """Return M (3, 3) of a rigid body in the body frame, about its origin."""
-    x, y = com
-    return mass * np.array([[1.0, 0.0, -y], [0.0, 1.0, x], [-y, x, x * x + y * y + inertia / mass]])
+    """Return M (..., 3, 3) of rigid bodies in the body frame, about its origin."""
+    x, y = np.moveaxis(com, -1, 0)
+    M = np.zeros((*x.shape, 3, 3))
+    M[..., 0, 0] = M[..., 1, 1] = mass
+    M[..., 0, 2] = M[..., 2, 0] = -mass * y
+    M[..., 1, 2] = M[..., 2, 1] = mass * x
+    M[..., 2, 2] = mass * (x * x + y * y + inertia / mass)
+    return M
 
 
 def rolling_wheels(robot: Robot) -> tuple[RollingWheel, ...]:
@@ -109,21 +115,19 @@ def reduce(robot: Robot, steering: Array, steering_rate: Array) -> Reduced:
     total = total_mass(robot)
     rate = np.broadcast_to(steering_rate, np.broadcast_shapes(steering.shape, steering_rate.shape))
     angles = np.broadcast_to(steering, rate.shape)
-    G = rolling_matrix(robot, wheels, angles) / gains(wheels)[:, None]
-    spin = np.array([wheel.spin_inertia for wheel in wheels])
+    G = rolling_matrix(robot, wheels, angles) / gains(wheels)[..., None]
+    spin = abreast([wheel.spin_inertia for wheel in wheels])
     driven = np.array([wheel.driven for wheel in wheels], dtype=bool)
     of_body = body_mass_matrix(total.mass, total.com, total.inertia)
     allowed = motion_projector(robot, angles)[0]
     slip = side_slip_matrix(robot, robot.wheels, angles)
-    _, skid = skid_matrices(robot)
+    _, skid = skid_matrices(robot, angles.shape[:-1])
     return Reduced(
         M=of_body + _felt(G, spin),
         M_free=of_body + _felt(G, np.where(driven, 0.0, spin)),
         allowed=allowed,
         G=G,
-        holding=np.concatenate(
-            [slip, np.broadcast_to(skid, (*slip.shape[:-2], *skid.shape))], axis=-2
-        ),
+        holding=np.concatenate([slip, skid], axis=-2),
         turn=_turn(robot, angles, rate, allowed),
         driven=driven,
         spin=spin,
@@ -139,7 +143,7 @@ def holding_wheels(robot: Robot) -> list[int]:
 
 def _felt(G: Array, spin: Array) -> Array:
     """Return G^T J G: spinning wheels as the body feels them."""
-    return np.asarray(np.swapaxes(G, -1, -2) @ (spin[:, None] * G))
+    return np.asarray(np.swapaxes(G, -1, -2) @ (spin[..., None] * G))
 
 
 # Change of the steering angles [rad] over which the condition of skidding wheels is differenced.

@@ -120,10 +120,17 @@ def rolling_matrix(robot: Robot, wheels: Sequence[Wheel], steering: Array) -> Ar
 
 
 def gains(wheels: Sequence[RollingWheel]) -> Array:
-    """Return the diagonal of R (k,): signed rim speed along the row for one rad/s [m]."""
-    made = np.array([wheel.rows(0.0, np).gain for wheel in wheels], dtype=np.float64)
+    """Return the diagonal of R (..., k): signed rim speed along the row for one rad/s [m]."""
+    made = abreast([wheel.rows(0.0, np).gain for wheel in wheels])
     made.setflags(write=False)
     return made
+
+
+def abreast(values: Sequence[npt.ArrayLike]) -> Array:
+    """Return k numbers, or k batches of numbers (...,), along the last axis."""
+    if not values:
+        return np.zeros(0)
+    return np.stack(np.broadcast_arrays(*values), axis=-1).astype(np.float64)
 
 
 def side_slip_matrix(robot: Robot, wheels: Iterable[Wheel], steering: Array) -> Array:
@@ -133,13 +140,13 @@ def side_slip_matrix(robot: Robot, wheels: Iterable[Wheel], steering: Array) -> 
     return stack((row for row in chosen if row is not None), steering.shape[:-1])
 
 
-def skid_matrices(robot: Robot) -> tuple[Array, Array]:
-    """Return rolling and side-slip rows (k, 3) of the wheels that are allowed to skid."""
+def skid_matrices(robot: Robot, batch: tuple[int, ...] = ()) -> tuple[Array, Array]:
+    """Return rolling and side-slip rows (*batch, k, 3) of the wheels that are allowed to skid."""
     rows = [wheel.rows(0.0, np) for wheel in robot.wheels]
     skids = [row for row in rows if row.skid is not None]
     return (
-        stack((row.rolling or (0.0, 0.0, 0.0) for row in skids), ()),
-        stack((row.skid or (0.0, 0.0, 0.0) for row in skids), ()),
+        stack((row.rolling or (0.0, 0.0, 0.0) for row in skids), batch),
+        stack((row.skid or (0.0, 0.0, 0.0) for row in skids), batch),
     )
 
 
@@ -147,11 +154,12 @@ def frame(robot: Robot) -> Array:
     """Return the map (3, 3) to twists from coordinates in which a robot of any size looks alike.
 
     They are u and v of the wheels' centroid and the speed that yaw gives at the outermost wheel:
-    ranks that are decided there depend neither on the origin nor on the unit of length.
+    ranks that are decided there depend neither on the origin nor on the unit of length. Of wheels
+    whose places are batches, their means are taken.
     """
-    wheels = [wheel for wheel in robot.wheels if wheel.rows(0.0) != Rows()] or robot.wheels
-    place = np.array([(wheel.x, wheel.y) for wheel in wheels])
+    wheels = [wheel for wheel in robot.wheels if wheel.rows(0.0, np) != Rows()] or robot.wheels
+    place = np.array([(np.mean(wheel.x), np.mean(wheel.y)) for wheel in wheels])
     x, y = place.mean(axis=0)
     far = float(np.hypot(*(place - (x, y)).T).max())
-    length = far or max(getattr(wheel, "radius", None) or 1.0 for wheel in wheels)
+    length = far or max(np.mean(getattr(wheel, "radius", None) or 1.0) for wheel in wheels)
     return np.array([[1.0, 0.0, y / length], [0.0, 1.0, -x / length], [0.0, 0.0, 1 / length]])

@@ -39,12 +39,12 @@ def holding_rows(robot: Robot, steering: Array, exact: bool = True) -> tuple[Arr
         wheels = [wheel for wheel in wheels if not wheel.steers]
     rows = side_slip_matrix(robot, wheels, steering)
     tolerance = ANGLE_TOLERANCE if exact and robot.steered else RANK_TOLERANCE
-    skid_rolling, skid_slip = skid_matrices(robot)
-    if len(skid_slip) == 0:
+    skid_rolling, skid_slip = skid_matrices(robot, steering.shape[:-1])
+    if skid_slip.shape[-2] == 0:
         return rows, tolerance
     rolling = _stacked(rolling_matrix(robot, robot.driven, steering), skid_rolling)
     open_motion, _ = null_projector(_stacked(rows, rolling), tolerance, frame(robot))
-    return _stacked(rows, open_motion @ (skid_slip.T @ skid_slip)), tolerance
+    return _stacked(rows, open_motion @ (np.swapaxes(skid_slip, -1, -2) @ skid_slip)), tolerance
 
 
 def _stacked(rows: Array, more: Array) -> Array:
@@ -80,7 +80,7 @@ def wheel_matrix(robot: Robot, steering: Array) -> tuple[Array, Array]:
     rows, tolerance = holding_rows(robot, steering)
     rolling = rolling_matrix(robot, robot.driven, steering)
     inverse, can_give, _ = _solve(robot, rows, tolerance, rolling)
-    return inverse * gains(robot.driven), can_give
+    return inverse * gains(robot.driven)[..., None, :], can_give
 
 
 def estimator(robot: Robot, wheels: Sequence[RollingWheel], steering: Array) -> tuple[Array, Array]:
@@ -97,4 +97,4 @@ def estimator(robot: Robot, wheels: Sequence[RollingWheel], steering: Array) -> 
         rolling_matrix(robot, wheels, steering), side_slip_matrix(robot, robot.steered, steering)
     )
     inverse, _, unseen = _solve(robot, rows, tolerance, measured)
-    return inverse[..., : len(wheels)] * gains(wheels), unseen
+    return inverse[..., : len(wheels)] * gains(wheels)[..., None, :], unseen

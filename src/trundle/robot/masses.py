@@ -14,7 +14,10 @@ _NEEDED = ("mass", "inertia", "com")
 
 
 class TotalMass(NamedTuple):
-    """Mass [kg], centre of mass (2,) in the body frame [m], inertia about it [kg m^2]."""
+    """Mass [kg], centre of mass (2,) in the body frame [m], inertia about it [kg m^2].
+
+    Of a description whose numbers are batches, they are batches too.
+    """
 
     mass: float
     com: Array
@@ -54,9 +57,15 @@ def total_mass(robot: Robot) -> TotalMass:
         )
         raise RobotError([fault], f"robot {robot.name!r}")
     body = robot.body
-    mass = np.array([body.mass, *(wheel.mass for wheel in robot.wheels)], dtype=np.float64)
-    place = np.array([body.com, *((wheel.x, wheel.y) for wheel in robot.wheels)], dtype=np.float64)
-    com = mass @ place / mass.sum()
+    parts = [(body.mass, *body.com), *((w.mass, w.x, w.y) for w in robot.wheels)]  # type: ignore[misc]
+    mass, x, y = (
+        np.stack(np.broadcast_arrays(*each), axis=-1) for each in zip(*parts, strict=True)
+    )
+    total = mass.sum(axis=-1)
+    com = np.stack([(mass * x).sum(axis=-1), (mass * y).sum(axis=-1)], axis=-1) / total[..., None]
     own = body.inertia + sum(wheel.yaw_inertia for wheel in robot.wheels)  # type: ignore[operator]
-    away = np.square(place - com).sum(axis=1)
-    return TotalMass(float(mass.sum()), com, float(own + mass @ away))
+    away = np.square(x - com[..., :1]) + np.square(y - com[..., 1:])
+    inertia = own + (mass * away).sum(axis=-1)
+    if total.ndim == 0:
+        return TotalMass(float(total), com, float(inertia))
+    return TotalMass(total, com, np.broadcast_to(inertia, total.shape))  # type: ignore[arg-type]

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trundle.se2 import make_sinc
+from trundle.se2 import NEVER_ZERO, make_sinc
 
 Function = Callable[..., Any]
 Jit = Callable[[Function], Function]
@@ -25,7 +25,8 @@ class Arithmetic(NamedTuple):
 
     sin: Function
     cos: Function
-    sinc: Function  # sin(x) / x, 1 at 0
+    sinc: Function  # sin(x) / x, 1 at 0; like the next for less than half a turn, if not `wide`
+    near_cos: Function
     log: Function
     sqrt: Function
     floor: Function
@@ -35,10 +36,7 @@ class Arithmetic(NamedTuple):
     number: Callable[[float], Any]
     word: Callable[[Any], Any]  # the lowest 32 bits
     upper: Callable[[Any], Any]  # of a word, its 24 highest bits as a number
-
-
-# What keeps the quotient sin(x) / x from 0 / 0: a normal number of the type.
-_NEVER_ZERO = {"float64": 1.7e-306, "float32": 1e-30}
+    whole: Callable[[Any], Any] = int  # the whole number towards 0, to look up a table
 
 
 def _choose(condition: bool, yes: Any, no: Any) -> Any:
@@ -48,7 +46,8 @@ def _choose(condition: bool, yes: Any, no: Any) -> Any:
 PLAIN = Arithmetic(
     sin=math.sin,
     cos=math.cos,
-    sinc=make_sinc(math.sin),
+    sinc=make_sinc(math.sin, math.sqrt, NEVER_ZERO),
+    near_cos=math.cos,
     log=math.log,
     sqrt=math.sqrt,
     floor=math.floor,
@@ -61,6 +60,12 @@ PLAIN = Arithmetic(
 )
 
 
+def _as_whole(values: Any) -> Any:
+    # What is no number becomes some index: readers keep it inside of their table.
+    with np.errstate(invalid="ignore"):
+        return np.asarray(values).astype(np.int64)
+
+
 @cache
 def array_arithmetic(dtype: str) -> Arithmetic:
     """Return numpy's functions, for "float32" or "float64"."""
@@ -68,7 +73,8 @@ def array_arithmetic(dtype: str) -> Arithmetic:
     return Arithmetic(
         sin=np.sin,
         cos=np.cos,
-        sinc=make_sinc(np.sin, number(_NEVER_ZERO[dtype])),
+        sinc=make_sinc(np.sin, np.sqrt, number(NEVER_ZERO)),
+        near_cos=np.cos,
         log=np.log,
         sqrt=np.sqrt,
         floor=np.floor,
@@ -78,6 +84,25 @@ def array_arithmetic(dtype: str) -> Arithmetic:
         number=number,
         word=np.uint32,
         upper=lambda n: number(n >> np.uint32(8)),
+        whole=_as_whole,
+    )
+
+
+def gpu_arithmetic(dtype: str, jit: Jit) -> Arithmetic:
+    """Return a GPU's functions: its ``math``, which is read in the type of the argument.
+
+    Args:
+        dtype: "float32" or "float64".
+        jit: the compiler.
+    """
+    number, eight = np.dtype(dtype).type, np.uint32(8)
+    return PLAIN._replace(
+        sinc=jit(make_sinc(math.sin, math.sqrt, number(NEVER_ZERO))),
+        where=jit(_choose),
+        number=number,
+        word=np.uint32,
+        upper=jit(lambda n: number(np.int32(n >> eight))),
+        whole=np.int32,
     )
 
 
@@ -130,7 +155,13 @@ def polynomial(coefficients: tuple[Any, ...], jit: Jit) -> Function:
     return jit(lambda z: even(z * z) + z * odd(z * z))
 
 
-def compiled_arithmetic(dtype: str, jit: Jit, bits: Function, wide: bool) -> Arithmetic:
+def compiled_arithmetic(
+    dtype: str,
+    jit: Jit,
+    bits: Function,
+    wide: bool,
+    choices: tuple[Function, Function, Function] = (_choose, min, max),
+) -> Arithmetic:
     """Return functions that vectorise, for "float32" or "float64".
 
     Args:
@@ -138,7 +169,10 @@ def compiled_arithmetic(dtype: str, jit: Jit, bits: Function, wide: bool) -> Ari
         jit: the compiler.
         bits: compiled function that reads a number's bits as an integer, and back.
         wide: whether sinc must be right for arguments whose square is above ``LARGEST_SQUARE``.
+        choices: functions (condition, yes, no), (a, b) -> the smaller, (a, b) -> the larger; such
+            that never become branches, if there are.
     """
+    where, minimum, maximum = choices
     number, integer = number_and_integer(dtype)
     sine_terms = polynomial(tuple(map(number, _SINE[dtype])), jit)
     cosine_terms = polynomial(tuple(map(number, _COSINE[dtype])), jit)
@@ -155,15 +189,20 @@ def compiled_arithmetic(dtype: str, jit: Jit, bits: Function, wide: bool) -> Ari
 
     @jit
     def sin(x: Any) -> Any:
-        sign, r = reduce(x)
+        sign, r = reduce(number(x))
         z = r * r
         return bits(integer(bits(r + r * z * sine_terms(z)) ^ sign))
 
     @jit
     def cos(x: Any) -> Any:
-        sign, r = reduce(x)
+        sign, r = reduce(number(x))
         z = r * r
         return bits(integer(bits(one - z * half + z * z * cosine_terms(z)) ^ sign))
+
+    @jit
+    def near_cos(x: Any) -> Any:
+        z = x * x
+        return one - z * half + z * z * cosine_terms(z)
 
     @jit
     def near_sinc(x: Any) -> Any:
@@ -173,16 +212,18 @@ def compiled_arithmetic(dtype: str, jit: Jit, bits: Function, wide: bool) -> Ari
     return Arithmetic(
         sin=sin,
         cos=cos,
-        sinc=jit(make_sinc(sin, number(_NEVER_ZERO[dtype]))) if wide else near_sinc,
+        sinc=jit(make_sinc(sin, np.sqrt, number(NEVER_ZERO))) if wide else near_sinc,
+        near_cos=cos if wide else near_cos,
         log=_logarithm(dtype, jit, bits),
         sqrt=math.sqrt,
         floor=np.floor,
-        minimum=min,
-        maximum=max,
-        where=jit(_choose),
+        minimum=minimum,
+        maximum=maximum,
+        where=jit(where) if where is _choose else where,
         number=number,
         word=np.uint32,
         upper=jit(lambda n: number(np.int32(n >> 8))),
+        whole=np.int32,
     )
 
 

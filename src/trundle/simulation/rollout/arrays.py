@@ -11,6 +11,7 @@ from trundle.simulation.arithmetic import Function, array_arithmetic
 from trundle.simulation.rollout.loop import Arguments
 from trundle.simulation.rollout.random import make_normals
 from trundle.simulation.rollout.recipe import Recipe, make_advance
+from trundle.simulation.rollout.reducers.moments import add_poses
 from trundle.simulation.rollout.written import constants
 
 # Robots computed together: so few that their arrays stay in the cache, so many that numpy's cost
@@ -32,8 +33,8 @@ def _parts(recipe: Recipe) -> tuple[Function, Function, Function | None]:
 def run(recipe: Recipe, given: Arguments) -> bool:
     """Advance all robots; the functions that numpy reads are right for turns of any size."""
     for lo in range(0, given.state.shape[1], _BLOCK):
-        # The random words wrap around, as they should.
-        with np.errstate(over="ignore"):
+        # The random words wrap around, as they should; what is no number is told afterwards.
+        with np.errstate(all="ignore"):
             _run_block(recipe, given, slice(lo, lo + _BLOCK))
     return False
 
@@ -53,5 +54,8 @@ def _run_block(recipe: Recipe, given: Arguments, block: slice) -> None:
         if given.every and (t + 1) % given.every == 0:
             for k in range(3):
                 given.out[(t + 1) // given.every, k, block] = state[k]
+        if given.summed and (t + 1) % given.summed == 0:
+            row = (t + 1) // given.summed - given.first // given.summed - 1
+            add_poses(given.sums[0, row], np.stack(state[:3]))
     for row, values in zip(given.state, state, strict=True):
         row[block] = values

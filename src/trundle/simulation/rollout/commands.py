@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from trundle.errors import ShapeError, TrundleError
 from trundle.simulation.rollout.loop import Numbers
+from trundle.simulation.rollout.reading import plain_function
 
 
 @dataclass(frozen=True)
@@ -46,13 +47,13 @@ class Commands:
         >>> noisy.noise.seed
         3
         """
-        if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-            raise TrundleError(f"seed must be a whole number from 0 on, got {seed!r}")
         values = numbers(sigma, "sigma")
+        if not np.isfinite(values).all():
+            raise ShapeError("sigma must be finite numbers, got nan or inf")
         if values.size and values.min() < 0:
             raise TrundleError(f"sigma must not be negative, got {values.min():g}")
         noisy = copy.copy(self)
-        noisy.noise = Noise(values, int(seed))
+        noisy.noise = Noise(values, whole_seed(seed))
         return noisy
 
 
@@ -164,7 +165,8 @@ class Policy(Commands):
         step: a function (t, pose, parameters) -> command: time [s], the tuple (x, y, psi), the
             tuple of the robot's parameters; it returns a tuple of numbers. It is compiled where
             numba is installed, so it computes with plain numbers and the functions of ``math`` or
-            numpy; without ``if``, numpy reads it over all robots at once.
+            numpy. Without numba it is read over all robots at once, or if it cannot be, as with
+            ``if``, for one robot after the other.
         output: "wheel_speeds" [rad/s] (for robots that steer, the steering angles [rad] follow
             them) or "twist" (u, v, r) [m/s, m/s, rad/s].
         parameters: (k,) numbers, or (N, k) where each robot has its own.
@@ -172,8 +174,8 @@ class Policy(Commands):
     >>> def turn_to_north(t, pose, parameters):
     ...     (gain,) = parameters
     ...     return 0.5, 0.0, gain * (np.pi / 2 - pose[2])
-    >>> Policy(turn_to_north, output="twist", parameters=[2.0]).output
-    'twist'
+    >>> Policy(turn_to_north, output="twist", parameters=[2.0]).is_twist
+    True
     """
 
     def __init__(
@@ -183,14 +185,24 @@ class Policy(Commands):
         output: str = "wheel_speeds",
         parameters: npt.ArrayLike = (),
     ) -> None:
-        if not callable(step):
-            raise TrundleError(f"step must be a function (t, pose, parameters), got {step!r}")
         if output not in ("wheel_speeds", "twist"):
             raise TrundleError(f"output must be 'wheel_speeds' or 'twist', got {output!r}")
         values = numbers(parameters, "parameters")
         if values.ndim not in (1, 2):
             raise ShapeError(f"parameters must be (k,) or (N, k) numbers, got {values.shape}")
-        self.step, self.output, self.parameters = step, output, values
+        self.step = plain_function(step, "t, pose, parameters")
+        self.is_twist, self.parameters = output == "twist", values
+
+
+def whole_seed(seed: object) -> int:
+    """Return a seed.
+
+    Raises:
+        TrundleError: it is not a whole number from 0 on.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise TrundleError(f"seed must be a whole number from 0 on, got {seed!r}")
+    return int(seed)
 
 
 def numbers(values: npt.ArrayLike, name: str) -> Numbers:
@@ -212,7 +224,7 @@ def _held(values: Numbers, name: str) -> Numbers:
     """Return (N, k) or (k,) as (1, k, N or 1)."""
     if values.ndim not in (1, 2):
         raise ShapeError(f"constant {name} must have shape (N, k) or (k,), got {values.shape}")
-    return np.atleast_2d(values).T[None]
+    return np.ascontiguousarray(np.atleast_2d(values).T)[None]
 
 
 def _rows(values: Numbers, name: str) -> Numbers:

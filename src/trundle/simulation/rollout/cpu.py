@@ -7,7 +7,7 @@ its robots, whose numbers stand beside each other, so that one instruction serve
 from __future__ import annotations
 
 import itertools
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -25,17 +25,25 @@ from trundle.simulation.rollout import written
 from trundle.simulation.rollout.loop import Arguments
 from trundle.simulation.rollout.random import make_normals
 from trundle.simulation.rollout.recipe import Recipe, make_advance
+from trundle.simulation.rollout.threads import run_all, thread_count
 
 # Sums are not reordered: that would undo the reduction of angles and the compensation of sums.
 FAST = {"contract", "nnan", "ninf", "nsz", "arcp"}
 # Robots in a block: few enough for the nearest cache, and more where commands are read, so that
 # each row of them is a long run of memory.
 _BLOCK, _READING = 256, 1024
+# What keeps a block's rows from lying a power of two apart: the nearest cache has few places for
+# such addresses.
+_APART = 16
+# States of so many numbers leave no room in the cache for long rows.
+_MANY = 12
 # Robot-steps that take longer than it takes to wake a thread.
 _WORTH_SHARING = 20_000
+# Parts that poses are summed in: as many threads can help, whereas each takes memory for its sums.
+_LANES = 64
 
 
-def _intrinsics() -> Function:
+def read_bits() -> Function:
     """Return the compiled function that reads a number's bits as an integer, and back."""
     from numba import types
     from numba.extending import intrinsic
@@ -60,36 +68,73 @@ def _intrinsics() -> Function:
     return made
 
 
+def choices() -> tuple[Function, Function, Function]:
+    """Return the compiled functions (condition, yes, no), (a, b) -> the smaller, -> the larger.
+
+    Each is one instruction. Of Python's ``yes if condition else no`` the compiler makes branches
+    where several have the same condition, and then no vectors.
+    """
+    from llvmlite import ir  # type: ignore[import-untyped]
+    from numba import types
+    from numba.extending import intrinsic
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def where(_: Any, condition: Any, yes: Any, no: Any) -> Any:  # noqa: ARG001
+        def generate(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+            return builder.select(*arguments)
+
+        return yes(condition, yes, yes), generate
+
+    def extreme(name: str, sign: str) -> Any:
+        @intrinsic  # type: ignore[untyped-decorator]
+        def choose(_: Any, a: Any, b: Any) -> Any:  # noqa: ARG001
+            def generate(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
+                if isinstance(a, types.Integer):
+                    return builder.select(builder.icmp_signed(sign, *arguments), *arguments)
+                to = arguments[0].type
+                kind = ir.FunctionType(to, [to, to])
+                of_type = builder.module.declare_intrinsic(name, [to], kind)
+                return builder.call(of_type, arguments, fastmath=("nnan", "nsz"))
+
+            return a(a, a), generate
+
+        return choose
+
+    return where, extreme("llvm.minnum", "<"), extreme("llvm.maxnum", ">")
+
+
 def block_size(recipe: Recipe) -> int:
     """Return how many robots a block holds."""
-    return _READING if recipe.given and recipe.motion.arcs else _BLOCK
+    reading = recipe.given and recipe.motion.arcs and recipe.state <= _MANY
+    return _READING if reading else _BLOCK
 
 
-def run(recipe: Recipe, given: Arguments) -> bool:
-    """Advance all robots; return whether one turned too far in a step for the recipe."""
-    loop, count, size = _compiled(recipe), given.state.shape[1], block_size(recipe)
-    blocks = -(-count // size)
-    if count * given.steps < _WORTH_SHARING or blocks == 1 or (threads := _threads()) == 1:
-        return bool(loop(0, count, *given))
-    # More pieces than threads, so that a thread that is held up holds up little.
-    pieces = min(blocks, 4 * threads)
-    bounds = [size * (blocks * k // pieces) for k in range(pieces)] + [count]
-    pool = _pool(threads)
-    running = [pool.submit(loop, lo, hi, *given) for lo, hi in itertools.pairwise(bounds)]
-    too_far = [future.result() for future in running]
-    return any(too_far)
+def make_run(recipe: Recipe) -> Callable[[Arguments], bool]:
+    """Return the function that advances all robots, and tells whether one turned too far."""
+    loop, size = _compiled(recipe), block_size(recipe)
+
+    def run(given: Arguments) -> bool:
+        count, lanes = given.state.shape[1], len(given.sums)
+        small = count * given.steps < _WORTH_SHARING or count <= size
+        if small and lanes == 1:
+            return bool(loop(0, count, 0, *given))
+        threads, blocks = 1 if small else thread_count(), -(-count // size)
+        # More pieces than threads, so that a thread that is held up holds up little; where sums
+        # are made, as many as there are lanes, on any number of threads.
+        pieces = lanes if recipe.spread else min(blocks, 4 * threads)
+        edges = [size * (blocks * k // pieces) for k in range(pieces)] + [count]
+        calls = [
+            (lo, hi, k if recipe.spread else 0, *given)
+            for k, (lo, hi) in enumerate(itertools.pairwise(edges))
+        ]
+        return any(run_all(loop, calls, threads))
+
+    return run
 
 
-def _threads() -> int:
-    """Return how many threads numba would take, so that its settings hold here too."""
-    import numba
-
-    return int(numba.get_num_threads())
-
-
-@cache
-def _pool(threads: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(threads, thread_name_prefix="rollout")
+def lanes(recipe: Recipe, count: int) -> int:
+    """Return how many lanes the robots are dealt into for sums over all of them."""
+    return min(-(-count // block_size(recipe)), _LANES)
 
 
 @cache
@@ -105,14 +150,15 @@ def _compiled(recipe: Recipe) -> Function:
 
     @numba.njit(error_model="numpy", nogil=True)  # type: ignore[untyped-decorator]
     def loop(
-        lo: int, hi: int, first: int, steps: int, commands: Any, moving: int, shared: Any, own: Any,
-        table: Any, key: Any, state: Any, every: int, out: Any,
+        lo: int, hi: int, lane: int, first: int, steps: int, commands: Any, moving: int,
+        shared: Any, own: Any, table: Any, key: Any, state: Any, every: int, out: Any, sums: Any,
+        summed: int,
     ) -> bool:  # fmt: skip
         too_far = False
         for start in range(lo, hi, size):
             too_far |= block(
-                start, min(hi, start + size), first, steps, commands, moving, shared, own, table,
-                key, state, every, out,
+                start, min(hi, start + size), lane, first, steps, commands, moving, shared, own,
+                table, key, state, every, out, sums, summed,
             )  # fmt: skip
         return too_far
 
@@ -122,20 +168,23 @@ def _compiled(recipe: Recipe) -> Function:
 
 def _make_block(recipe: Recipe, part: Jit) -> Function:
     """Return the function that advances the robots from lo to hi, a block, by some steps."""
-    bits = _intrinsics()
-    m = compiled_arithmetic(recipe.dtype, part, bits, recipe.wide)
+    bits = read_bits()
+    m = compiled_arithmetic(recipe.dtype, part, bits, recipe.wide, choices())
     number, _ = number_and_integer(recipe.dtype)
     rows, size, noise_rows = recipe.state, block_size(recipe), recipe.noise
+    width = size + _APART
     fill_in = _make_noise(recipe, m, part)
     advance_all = _make_row_of_robots(recipe, m, bits, part)
     own_slices = part(written.row_slices(sum(recipe.own)))
+    add_up, spread = _adder(), recipe.spread
 
     def block(
-        lo: int, hi: int, first: int, steps: int, commands: Any, moving: int, shared: Any, own: Any,
-        table: Any, key: Any, state: Any, every: int, out: Any,
+        lo: int, hi: int, lane: int, first: int, steps: int, commands: Any, moving: int,
+        shared: Any, own: Any, table: Any, key: Any, state: Any, every: int, out: Any, sums: Any,
+        summed: int,
     ) -> bool:  # fmt: skip
         count = hi - lo
-        here, noise = np.empty((rows, size), number), np.empty((noise_rows, size), number)
+        here, noise = np.empty((rows, width), number), np.empty((noise_rows, size), number)
         for k in range(rows):
             here[k, :count] = state[k, lo:hi]
         own_rows = own_slices(own, lo, hi)
@@ -150,11 +199,48 @@ def _make_block(recipe: Recipe, part: Jit) -> Function:
                     row = out[(t + 1) // every, k][lo:hi]
                     for i in range(count):
                         row[i] = here[k, i]
+            if spread and (t + 1) % summed == 0:
+                add_up(here, count, sums, lane, (t + 1) // summed - first // summed - 1)
         for k in range(rows):
             state[k, lo:hi] = here[k, :count]
         return too_far
 
     return block
+
+
+@cache
+def _adder() -> Function:
+    """Return (here, count, sums, lane, row): add a block's poses to a row of sums.
+
+    What a row is, ``reducers.moments`` tells. These sums are reordered, so that they are made
+    several robots at once.
+    """
+    import numba
+
+    @numba.njit(fastmath=FAST | {"reassoc"}, error_model="numpy")  # type: ignore[untyped-decorator]
+    def add_up(here: Any, count: int, sums: Any, lane: int, row: int) -> None:
+        x, y, psi, total = here[0], here[1], here[2], sums[lane, row]
+        if total[0] == 0:
+            total[1], total[2], total[3] = x[0], y[0], psi[0]
+        total[0] += count
+        x_first, y_first, psi_first = total[1], total[2], total[3]
+        sx = sy = sp = sxx = sxy = sxp = syy = syp = spp = 0.0
+        for i in range(count):
+            dx, dy, dp = x[i] - x_first, y[i] - y_first, psi[i] - psi_first
+            sx += dx
+            sy += dy
+            sp += dp
+            sxx += dx * dx
+            sxy += dx * dy
+            sxp += dx * dp
+            syy += dy * dy
+            syp += dy * dp
+            spp += dp * dp
+        for k, each in enumerate((sx, sy, sp, sxx, sxy, sxp, syy, syp, spp)):
+            total[4 + k] += each
+
+    made: Function = add_up
+    return made
 
 
 def _make_noise(recipe: Recipe, m: Arithmetic, part: Jit) -> Function:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import warnings
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 
 from trundle.errors import SpeedWarning, TrundleError
 from trundle.simulation.rollout.loop import Arguments
@@ -19,7 +20,7 @@ def choose(device: str) -> str:
     Raises:
         TrundleError: the device is not known, or not there.
     """
-    if device not in DEVICES:
+    if not isinstance(device, str) or device not in DEVICES:
         raise TrundleError(f"device must be one of {', '.join(DEVICES)}, got {device!r}")
     if device == "auto":
         if has_numba():
@@ -35,20 +36,38 @@ def choose(device: str) -> str:
     return device
 
 
-def run(device: str, recipe: Recipe, given: Arguments) -> bool:
-    """Advance all robots; return whether one turned too far in a step for the recipe."""
+def make_run(device: str, recipe: Recipe) -> Callable[[Arguments], bool]:
+    """Return the function that advances all robots.
+
+    It returns whether one turned too far in a step for the recipe.
+    """
     # Imported here: compilers load when they are first used.
     if device == "cpu":
         from trundle.simulation.rollout import cpu
 
-        return cpu.run(recipe, given)
+        return cpu.make_run(recipe)
     if device == "cuda":
         from trundle.simulation.rollout import cuda
 
-        return cuda.run(recipe, given)
+        return partial(cuda.run, recipe)
     from trundle.simulation.rollout import arrays
 
-    return arrays.run(recipe, given)
+    return partial(arrays.run, recipe)
+
+
+def lanes(device: str, recipe: Recipe, count: int) -> int:
+    """Return how many lanes a device deals robots into, where it sums their poses.
+
+    Raises:
+        TrundleError: it cannot sum them.
+    """
+    if device == "cpu":
+        from trundle.simulation.rollout import cpu
+
+        return cpu.lanes(recipe, count)
+    if device == "cuda":
+        raise TrundleError("Spread is not there for device 'cuda': take 'cpu'")
+    return 1
 
 
 _INSTALL = "pip install 'trundle[fast]'"

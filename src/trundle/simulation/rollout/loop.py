@@ -26,6 +26,10 @@ class Arguments(NamedTuple):
         state: (K, N) states, advanced in place.
         every: how many steps lie between two rows of ``out``; 0 where none are kept.
         out: (rows, 3, N) poses, filled in.
+        sums: (lanes, rows, 13) sums over the robots of each lane, of rows for those of these steps
+            whose number, counted from 1, ``summed`` divides; zeros, filled in as
+            ``reducers.moments`` tells.
+        summed: how many steps lie between two rows of ``sums``; 0 where none are made.
     """
 
     first: int
@@ -39,3 +43,5 @@ class Arguments(NamedTuple):
     state: Numbers
     every: int
     out: Numbers
+    sums: Numbers
+    summed: int

@@ -70,36 +70,47 @@ CHORDS: dict[str, Callable[[Arithmetic, Jit], Function]] = {
 # ---- from chord to pose ----------------------------------------------------------------------
 
 
-def make_move(m: Arithmetic, jit: Jit, compensated: bool) -> Function:
-    """Return (state, a, b, half) -> the state after a chord (a, b) and a turn of 2 half.
+def make_sum(jit: Jit, compensated: bool) -> Function:
+    """Return (state, dx, dy, half) -> the pose after a displacement and a turn of 2 half.
 
     Args:
-        m: elementary functions.
         jit: the compiler.
-        compensated: whether the state is x, y, psi and what their sums have lost to rounding, in
-            place of x, y, psi. Source: Kahan, "Further remarks on reducing truncation errors",
-            Communications of the ACM 8(1), 1965.
+        compensated: whether the state begins with x, y, psi and what their sums have lost to
+            rounding, in place of x, y, psi. Source: Kahan, "Further remarks on reducing truncation
+            errors", Communications of the ACM 8(1), 1965.
     """
-    turned = jit(make_turned(m.sin, m.cos))
 
-    @jit
     def add(total: Any, lost: Any, step: Any) -> tuple[Any, Any]:
         wanted = step - lost
         new = total + wanted
         return new, (new - total) - wanted
 
-    def move(state: Values, a: Any, b: Any, half: Any) -> Values:
-        dx, dy = turned(state[2] + half, a, b)
+    add = jit(add)
+
+    def moved(state: Values, dx: Any, dy: Any, half: Any) -> Values:
         return state[0] + dx, state[1] + dy, state[2] + (half + half)
 
-    def move_compensated(state: Values, a: Any, b: Any, half: Any) -> Values:
-        dx, dy = turned(state[2] + half, a, b)
+    def moved_compensated(state: Values, dx: Any, dy: Any, half: Any) -> Values:
         x, lost_x = add(state[0], state[3], dx)
         y, lost_y = add(state[1], state[4], dy)
         psi, lost_psi = add(state[2], state[5], half + half)
         return x, y, psi, lost_x, lost_y, lost_psi
 
-    return jit(move_compensated if compensated else move)
+    return jit(moved_compensated if compensated else moved)
+
+
+def make_move(m: Arithmetic, jit: Jit, compensated: bool) -> Function:
+    """Return (state, a, b, half) -> the pose after a chord (a, b) and a turn of 2 half.
+
+    The arguments are those of ``make_sum``, after the elementary functions.
+    """
+    turned, moved = jit(make_turned(m.sin, m.cos)), make_sum(jit, compensated)
+
+    def move(state: Values, a: Any, b: Any, half: Any) -> Any:
+        dx, dy = turned(state[2] + half, a, b)
+        return moved(state, dx, dy, half)
+
+    return jit(move)
 
 
 # ---- motions ---------------------------------------------------------------------------------

@@ -47,6 +47,7 @@ class Recipe:
         law: the feedback law that makes the command, or None.
         reduction: what is made of pose and command after every step, or None.
         wide: whether a robot may turn by half a turn or more within a step.
+        spread: whether poses are summed over all robots.
     """
 
     dtype: str
@@ -59,6 +60,7 @@ class Recipe:
     law: Law | None = None
     reduction: Reduction | None = None
     wide: bool = False
+    spread: bool = False
 
     @property
     def noise(self) -> int:

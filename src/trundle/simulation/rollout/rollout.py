@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,16 +17,24 @@ from trundle.simulation.rollout import devices
 from trundle.simulation.rollout.commands import Commands, Given, numbers
 from trundle.simulation.rollout.loop import Arguments, Numbers
 from trundle.simulation.rollout.memory import ask_for
-from trundle.simulation.rollout.plan import Plan, make_plan, seed_key
-from trundle.simulation.rollout.reducers import Reducer
+from trundle.simulation.rollout.plan import Plan, as_type, make_plan, seed_key
+from trundle.simulation.rollout.reducers import Collected, Reducer
+from trundle.simulation.rollout.reducers.moments import (
+    COLUMNS,
+    Moments,
+    join_rows,
+    moments_at,
+    moments_of,
+)
 from trundle.simulation.rollout.saving import Every
 
 # Robot-steps between two looks at the keyboard: a fraction of a second of work.
 _AT_ONCE = {"cpu": 20_000_000, "numpy": 1_000_000, "cuda": 2_000_000_000}
+# Rows of sums over the robots of a lane, made before they are joined: some megabytes.
+_SUMS = 100_000
 
 
-@dataclass(frozen=True, eq=False)
-class Rollouts:
+class Rollouts(NamedTuple):
     """Where N robots went.
 
     Attributes:
@@ -52,11 +62,12 @@ def rollout(
     *,
     dt: float,
     steps: int | None = None,
-    pose: npt.ArrayLike = (0.0, 0.0, 0.0),
+    pose: npt.ArrayLike | None = None,
     method: str = "exact",
-    save: str | Every | Reducer = "final",
+    save: str | Every | Reducer | tuple[Reducer, ...] = "final",
     dtype: str = "float64",
     device: str = "auto",
+    parameters: Mapping[str, npt.ArrayLike] | None = None,
     out: Numbers | None = None,
 ) -> Rollouts:
     """Return where many robots go under their commands.
@@ -66,13 +77,18 @@ def rollout(
         commands: Constant, Stream or Policy, perhaps with noise.
         dt: step [s].
         steps: number of steps; a Stream tells it.
-        pose: (3,) start x, y, psi of all robots [m, m, rad], or (N, 3).
+        pose: (3,) start x, y, psi of all robots [m, m, rad], or (N, 3). When left out, the origin,
+            or the start of what is tracked.
         method: "exact", "euler" or "rk4", as in ``simulate``.
-        save: "final" poses, the whole "trajectory", ``Every(k)`` steps, or a reducer.
+        save: "final" poses, the whole "trajectory", ``Every(k)`` steps, a reducer such
+            as ``Statistics()``, or a tuple of reducers.
         dtype: "float64" or "float32". With "float32" sums are compensated: positions are right to
             about seven digits after any number of steps.
         device: "cpu" compiles the loops with numba, "cuda" runs them on a GPU, "numpy" needs
             neither; "auto" takes "cpu" where numba is installed.
+        parameters: what the robots differ in, by name, each (N,): "radius" and other numbers of
+            the wheels, "front_left.radius" of one, "arm", "track" and "wheelbase" [m], "mass" and
+            "inertia" of the body, and its "com" (N, 2).
         out: array for the poses, contiguous and of the dtype: (3, N), or (rows, 3, N); such as the
             ``buffer`` of an earlier result. Fresh memory costs more than the motion does.
 
@@ -85,12 +101,13 @@ def rollout(
     >>> import numpy as np
     >>> from trundle import Constant, load
     >>> speeds = np.array([[1.0, 1.0], [1.0, 2.0]])  # of two robots
-    >>> rollout(load("differential"), Constant(speeds), dt=0.1, steps=10).pose.round(6).tolist()
-    [[0.05, 0.0, 0.0], [0.074805, 0.004681, 0.125]]
+    >>> rollout(load("differential"), Constant(speeds), dt=0.1, steps=10).pose.round(3) + 0.0
+    array([[0.05 , 0.   , 0.   ],
+           [0.075, 0.005, 0.125]])
     """
     return compile_rollout(
         robot, commands, dt=dt, steps=steps, pose=pose, method=method, save=save, dtype=dtype,
-        device=device,
+        device=device, parameters=parameters,
     )(out=out)  # fmt: skip
 
 
@@ -100,11 +117,12 @@ def compile_rollout(
     *,
     dt: float,
     steps: int | None = None,
-    pose: npt.ArrayLike = (0.0, 0.0, 0.0),
+    pose: npt.ArrayLike | None = None,
     method: str = "exact",
-    save: str | Every | Reducer = "final",
+    save: str | Every | Reducer | tuple[Reducer, ...] = "final",
     dtype: str = "float64",
     device: str = "auto",
+    parameters: Mapping[str, npt.ArrayLike] | None = None,
 ) -> PreparedRollout:
     """Return a rollout made ready, to be called in a loop with other commands, poses and seeds.
 
@@ -117,13 +135,14 @@ def compile_rollout(
     >>> pose = np.zeros((1, 3))
     >>> for _ in range(10):
     ...     pose = one_step(np.array([[[1.0, 1.0]]]), pose=pose).pose
-    >>> pose.round(6).tolist()
-    [[0.05, 0.0, 0.0]]
+    >>> pose.round(6) + 0.0
+    array([[0.05, 0.  , 0.  ]])
     """
-    start = read_pose(pose)
+    start = None if pose is None else read_pose(pose)
     plan = make_plan(
-        robot, commands, dt=dt, steps=steps, pose=start, method=method, save=save, dtype=dtype
-    )
+        robot, commands, dt=dt, steps=steps, pose=start, method=method, save=save, dtype=dtype,
+        parameters=parameters or {},
+    )  # fmt: skip
     return PreparedRollout(plan, commands, start, save, devices.choose(device))
 
 
@@ -131,27 +150,35 @@ class PreparedRollout:
     """A rollout made ready by ``compile_rollout``."""
 
     def __init__(
-        self, plan: Plan, commands: Commands, pose: Numbers, save: object, device: str
+        self, plan: Plan, commands: Commands, pose: Numbers | None, save: object, device: str
     ) -> None:
         self._plan, self._commands, self._device = plan, commands, device
-        self._recipe = plan.recipe
-        self._start = np.zeros((plan.recipe.state, plan.count), plan.recipe.dtype)
-        self._start[:3] = pose.T if pose.ndim == 2 else pose[:, None]
-        self._reducer = save if isinstance(save, Reducer) else None
-        if plan.recipe.reduction is not None:
-            self._start[plan.recipe.moved :] = np.array(plan.recipe.reduction.start)[:, None]
-        row = 3 * plan.count * np.dtype(plan.recipe.dtype).itemsize
-        self._size = row * max(plan.rows, 1) + self._start.nbytes
+        number = np.dtype(plan.recipe.dtype).itemsize
+        own = (plan.recipe.state + sum(plan.recipe.own)) * plan.count * number
+        ask_for(own, f"{plan.count} robots in {plan.recipe.dtype}", "take fewer at once")
+        self._run, self._start = devices.make_run(device, plan.recipe), plan.start(pose)
+        self._poses = (plan.count, 3) if plan.drive.motion.kept == 3 else None
+        self._shared, self._own = plan.constants(plan.parts)
+        self._reducer = plan.reducer
+        self._size = 3 * plan.count * number * plan.rows + self._start.nbytes
         self._at_once = max(_AT_ONCE[device] // max(plan.count, 1), 1)
         self._nothing = np.zeros((0, 3, plan.count), plan.recipe.dtype)
+        self._no_sums, self._lanes, self._summed = np.zeros((1, 0, COLUMNS)), 1, 0
+        if plan.reducer is not None and plan.reducer.summed:
+            self._summed = plan.reducer.summed
+            self._lanes = devices.lanes(device, plan.recipe, plan.count)
+            rows = max(_SUMS // self._lanes, 1)
+            self._at_once = min(self._at_once, rows * self._summed)
 
     def __call__(
         self,
-        commands: Numbers | None = None,
+        commands: npt.ArrayLike | None = None,
         *,
         pose: npt.ArrayLike | None = None,
         seed: int | None = None,
+        parameters: npt.ArrayLike | None = None,
         out: Numbers | None = None,
+        progress: Callable[[int, int], None] | None = None,
     ) -> Rollouts:
         """Return where the robots go.
 
@@ -159,7 +186,10 @@ class PreparedRollout:
             commands: other commands, an array of the shape and layout of the first.
             pose: other starts, (N, 3) or (3,).
             seed: another seed of the noise.
+            parameters: other parameters of the law or, without one, of the reducer, of the shape
+                of the first.
             out: array for the poses, as in ``rollout``.
+            progress: called a few times a second with the steps that are done, and all of them.
 
         Raises:
             TrundleError: something does not fit; the message says what.
@@ -167,38 +197,71 @@ class PreparedRollout:
         plan = self._plan
         values = plan.commands if commands is None else self._read_commands(commands)
         key = plan.key if seed is None else seed_key(seed)
-        state, kept = self._start.copy(), self._read_out(out)
-        if pose is not None:
-            start = read_pose(pose)
-            if start.ndim == 2 and len(start) != plan.count:
-                raise ShapeError(f"pose must be of {plan.count} robots, got {start.shape}")
-            state[:3] = start.T if start.ndim == 2 else start[:, None]
+        constants = self._shared, self._own
+        if parameters is not None:
+            constants = plan.constants(plan.parts | self._read_parameters(parameters))
+        state, kept = self._read_start(pose), self._read_out(out)
         if plan.every:
             kept[0] = state[:3]
-        start = state.copy() if self._recipe.watched else state
-        if self._advance(values, key, state, kept):
+        moments: list[Moments] = []
+        if self._advance(values, constants, key, state, kept, moments, progress):
             # Some robot turned by half a turn or more in a step: once more, now ready for that.
-            self._recipe, state = replace(self._recipe, wide=True), start
-            self._advance(values, key, state, kept)
-        if not np.isfinite(state[:3]).all():
-            raise TrundleError(explain_nonfinite(values, state))
-        return self._result(state, kept, out)
+            self._run = devices.make_run(self._device, replace(plan.recipe, wide=True))
+            state = self._read_start(pose)
+            self._advance(values, constants, key, state, kept, moments, progress)
+        # The sum is no number if one of them is none; it is quicker to look at than all of them.
+        if not (math.isfinite(np.add.reduce(state[:3], axis=None)) or np.isfinite(state[:3]).all()):
+            raise TrundleError(explain_nonfinite(values, state, pose))
+        return self._result(state, kept, out, moments)
 
     def _advance(
-        self, commands: Numbers, key: npt.NDArray[np.uint32], state: Numbers, kept: Numbers
+        self,
+        commands: Numbers,
+        constants: tuple[Numbers, Numbers],
+        key: npt.NDArray[np.uint32],
+        state: Numbers,
+        kept: Numbers,
+        moments: list[Moments],
+        progress: Callable[[int, int], None] | None,
     ) -> bool:
         """Advance all robots by all steps, some at a time, so that an interrupt is heard."""
         plan, first = self._plan, 0
+        moments[:] = [moments_at(state[:3])] if plan.recipe.spread else []
         while first < plan.steps:
             steps = min(self._at_once, plan.steps - first)
+            sums = self._sums(first, steps)
             given = Arguments(
-                first, steps, commands, int(plan.moving), plan.shared, plan.own, plan.table, key,
-                state, plan.every, kept,
+                first, steps, commands, int(plan.moving), *constants, plan.table, key,
+                state, plan.every, kept, sums, self._summed,
             )  # fmt: skip
-            if devices.run(self._device, self._recipe, given):
+            if self._advanced(given):
                 return True
+            if plan.recipe.spread:
+                moments.append(moments_of(sums))
             first += steps
+            if progress is not None:
+                progress(first, plan.steps)
         return False
+
+    def _advanced(self, given: Arguments) -> bool:
+        """Advance all robots by some steps; what a user's law raises is told."""
+        law = self._plan.recipe.law
+        try:
+            return self._run(given)
+        except (TrundleError, MemoryError):
+            raise
+        except Exception as error:
+            if law is None:
+                raise
+            name = type(error).__name__
+            raise TrundleError(f"the policy failed on the way: {name}: {error}") from error
+
+    def _sums(self, first: int, steps: int) -> Numbers:
+        """Return room for the sums of so many steps."""
+        if not self._summed:
+            return self._no_sums
+        rows = (first + steps) // self._summed - first // self._summed
+        return np.zeros((self._lanes, rows, COLUMNS))
 
     def _read_commands(self, given: npt.ArrayLike) -> Numbers:
         """Return other commands as the loop reads them."""
@@ -210,7 +273,42 @@ class PreparedRollout:
             raise ShapeError(
                 f"commands must have the shape of the first ones: got {np.shape(given)}"
             )
-        return plan.arrange(values).astype(plan.recipe.dtype, copy=False)
+        return as_type(plan.drive.arrange(values), plan.recipe.dtype)
+
+    def _read_start(self, pose: npt.ArrayLike | None) -> Numbers:
+        """Return the states for other starts, or again for the first ones."""
+        if pose is None:
+            return self._start.copy()
+        if isinstance(pose, np.ndarray) and pose.shape == self._poses:
+            # The usual case in a loop. What is no number in it shows in the poses that follow.
+            state = self._start.copy()
+            state[:3] = pose.T
+            return state
+        start, count = read_pose(pose), self._plan.count
+        if start.ndim == 2 and len(start) not in (1, count):
+            raise ShapeError(f"pose must be of {count} robots, got {start.shape}")
+        return self._plan.start(start)
+
+    def _read_parameters(self, parameters: npt.ArrayLike) -> dict[str, Numbers]:
+        """Return the constants of law or reducer with other parameters."""
+        plan, values = self._plan, finite(parameters, "parameters")
+        if plan.drive.law_constants is not None:
+            name, made = "law", plan.drive.law_constants(values)
+        elif self._reducer is not None:
+            return self._read_reducer(self._reducer.with_parameters(values))
+        else:
+            raise TrundleError("neither a law nor a reducer takes parameters here")
+        if made.shape != plan.parts[name].shape:
+            raise ShapeError("parameters must have the shape of the first ones")
+        return {name: made}
+
+    def _read_reducer(self, reducer: Reducer) -> dict[str, Numbers]:
+        """Return the constants of another reducer, which must be alike."""
+        plan = self._plan
+        parts = {f"reduction {i}": p for i, p in enumerate(reducer.constants(plan.dt, 0))}
+        if any(part.shape != plan.parts[name].shape for name, part in parts.items()):
+            raise ShapeError("parameters must have the shape of the first ones")
+        return parts
 
     def _read_out(self, out: Numbers | None) -> Numbers:
         """Return the array for trajectories: the given one, or fresh memory."""
@@ -232,7 +330,9 @@ class PreparedRollout:
         )
         return np.empty(shape, dtype)
 
-    def _result(self, state: Numbers, kept: Numbers, out: Numbers | None) -> Rollouts:
+    def _result(
+        self, state: Numbers, kept: Numbers, out: Numbers | None, moments: list[Moments]
+    ) -> Rollouts:
         plan = self._plan
         final = state[:3]
         if plan.every:
@@ -245,7 +345,10 @@ class PreparedRollout:
         reduced = None
         if self._reducer is not None:
             registers = state[plan.recipe.moved :].astype(np.float64)
-            reduced = self._reducer.result(registers, plan.steps, plan.dt)
+            joined = join_rows(moments) if moments else None
+            reduced = self._reducer.result(
+                Collected(registers, plan.steps, plan.dt, plan.recipe.dtype, joined, self._summed)
+            )
         between = plan.dt * (plan.every or plan.steps)
         return Rollouts(pose, buffer, final.T, between, reduced, self._device)
 
@@ -258,8 +361,10 @@ def read_pose(pose: npt.ArrayLike) -> Numbers:
     return start
 
 
-def explain_nonfinite(commands: Numbers, state: Numbers) -> str:
-    """Return why poses are no numbers: the commands, or what grew beyond all numbers."""
+def explain_nonfinite(commands: Numbers, state: Numbers, pose: npt.ArrayLike | None) -> str:
+    """Return why poses are no numbers: commands, starts, or what grew beyond all numbers."""
+    if pose is not None and not np.isfinite(np.asarray(pose, dtype=np.float64)).all():
+        return "pose must be finite numbers, got nan or inf"
     bad = np.argwhere(~np.isfinite(commands))
     if len(bad):
         t, k, i = (int(each) for each in bad[0])

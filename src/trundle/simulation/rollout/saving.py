@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral
 
 from trundle.errors import TrundleError
 
@@ -19,7 +20,7 @@ class Every:
 
     def __post_init__(self) -> None:
         """Check the number of steps."""
-        if isinstance(self.steps, bool) or not isinstance(self.steps, int) or self.steps < 1:
+        if isinstance(self.steps, bool) or not isinstance(self.steps, Integral) or self.steps < 1:
             raise TrundleError(f"Every needs a whole number of steps from 1 on, got {self.steps!r}")
 
     def rows(self, steps: int) -> int:

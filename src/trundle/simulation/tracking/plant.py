@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from trundle.dynamics import Dynamics, Reduced
-from trundle.robot import Robot, RollingWheel
+from trundle.errors import TrundleError
+from trundle.robot import Robot
 from trundle.se2 import Array
 from trundle.simulation.tracking.compiled import Constants
 from trundle.simulation.tracking.laws import PER_WHEEL
@@ -47,24 +48,44 @@ def plant_of(robot: Robot) -> Plant:
     """Return the constants of a robot that does not steer."""
     dynamics = Dynamics(robot)
     here = dynamics.reduced()
-    P = here.inverse()
-    body = [dynamics.mass, *dynamics.com, P[0, 0], P[0, 1], P[0, 2], P[1, 1], P[1, 2], P[2, 2]]
-    rolling = [wheel for wheel in dynamics.robot.wheels if isinstance(wheel, RollingWheel)]
-    table = np.zeros((len(rolling), PER_WHEEL))
-    allocation = here.allocation()
-    table[here.driven, :3] = allocation
-    table[:, 3:6] = here.G
-    table[here.driven, 6:9] = np.stack(dynamics.torque_limits, axis=-1)
-    table[:, 9:] = np.stack(dynamics.friction_coefficients, axis=-1)
+    table = wheel_table(dynamics, here)
     unlimited = table.copy()
     unlimited[here.driven, 6:9] = np.inf, np.inf, 0.0
     plain = not (dynamics.torque_limits.any or table[:, 9:].any())
     return Plant(
         dynamics=dynamics,
         here=here,
-        body=tuple(float(value) for value in body),
+        body=tuple(body_numbers(dynamics, here).tolist()),
         wheels=tuple(table.ravel().tolist()),
         unlimited=tuple(unlimited.ravel().tolist()),
-        acting=0 if plain else len(rolling),
-        allocation=allocation,
+        acting=0 if plain else len(table),
+        allocation=here.allocation(),
     )
+
+
+def body_numbers(dynamics: Dynamics, here: Reduced) -> Array:
+    """Return mass, centre of mass and the six numbers of P (..., 9)."""
+    P = here.inverse()[..., *np.triu_indices(3)]
+    return np.concatenate([np.asarray(dynamics.mass)[..., None], dynamics.com, P], axis=-1)
+
+
+def wheel_table(dynamics: Dynamics, here: Reduced) -> Array:
+    """Return the numbers (..., w, 11) of the wheels that roll, in order."""
+    G = here.G
+    table = np.zeros((*G.shape[:-1], PER_WHEEL))
+    table[..., here.driven, :3] = here.allocation()
+    table[..., 3:6] = G
+    table[..., here.driven, 6:9] = np.stack(dynamics.torque_limits, axis=-1)
+    table[..., 9:] = np.stack(dynamics.friction_coefficients, axis=-1)
+    return table
+
+
+def check_pushable(robot: Robot, plant: Plant) -> None:
+    """Refuse forces on a robot whose wheels cannot give them all."""
+    rank = int(np.linalg.matrix_rank(plant.allocation))
+    if rank < 3:
+        raise TrundleError(
+            f"robot {robot.name!r}: its wheels can push it in {rank} of 3 ways, and this "
+            "controller asks for forces in all: use one for robots that cannot move sideways, "
+            "such as trundle.control.Kanayama or trundle.control.ReducedComputedTorque"
+        )

@@ -21,7 +21,7 @@ from trundle.simulation.tracking.adaptive import run_adaptive
 from trundle.simulation.tracking.compiled import run_loop
 from trundle.simulation.tracking.kinematic import track_twist
 from trundle.simulation.tracking.loops import COLUMNS, LOOPS
-from trundle.simulation.tracking.plant import Plant, plant_of
+from trundle.simulation.tracking.plant import Plant, check_pushable, plant_of
 from trundle.simulation.tracking.recorded import Motion, motion_run, new_block
 from trundle.simulation.tracking.sampled import run_sampled
 from trundle.simulation.tracking.signals import Controller, ModelController, ScalarController
@@ -92,7 +92,7 @@ def track(
     if isinstance(controller, ModelController):
         controller = controller.with_model(plant.dynamics)
     if task.output == "force":
-        _check_pushable(robot, plant)
+        check_pushable(robot, plant)
     motion = _dynamic(controller, plant, trajectory, task, method)
     stride = (len(task.course.position) - 1) // (len(task.t) - 1)
     return motion_run(plant, motion, task.t, task.course.position[::stride])
@@ -148,17 +148,6 @@ def _three(given: npt.ArrayLike | None, name: str, default: Array) -> Array:
     if values.shape != (3,):
         raise TrundleError(f"{name} must be three numbers, got shape {values.shape}")
     return values
-
-
-def _check_pushable(robot: Robot, plant: Plant) -> None:
-    """Refuse forces on a robot whose wheels cannot give them all."""
-    rank = int(np.linalg.matrix_rank(plant.allocation))
-    if rank < 3:
-        raise TrundleError(
-            f"robot {robot.name!r}: its wheels can push it in {rank} of 3 ways, and this "
-            "controller asks for forces in all: use one for robots that cannot move sideways, "
-            "such as trundle.control.Kanayama or trundle.control.ReducedComputedTorque"
-        )
 
 
 def _dynamic(
