@@ -96,7 +96,7 @@ $(VENV)/.ready-dev: pyproject.toml $(STALE)
 	@$(check_python)
 	@$(make_venv)
 	@$(PIP) install --editable '.[dev]' || { \
-		echo "Trying without wpimath and numba, which have no wheels for every machine ..."; \
+		echo "Trying without wpimath, numba and jax, which have no wheels for every machine ..."; \
 		$(PIP) install --editable '.[test]'; }
 	@rm -f $(VENV)/.unfinished
 	@echo "$(CURDIR)" > $(VENV)/.ready

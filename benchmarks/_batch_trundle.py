@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
 import numpy as np
 from _batch_tasks import (
+    CIRCLES,
     DT,
+    EFFORT,
     FOLLOW_GAIN,
+    GOAL,
+    MARGIN,
+    MPPI_DT,
+    MPPI_SIGMA,
     PATH_RADIUS,
     PATH_RATE,
+    PENALTY,
     SIGMA,
+    TEMPERATURE,
     TRACKING_DT,
     Numbers,
     Sizes,
     constant_speeds,
     few,
+    first_plan,
     mecanum,
     spread,
     starts,
@@ -28,10 +38,7 @@ from _peers_numpy import mean_plan, wheel_matrix
 
 import trundle
 from trundle import Constant, Policy, Stream, compile_rollout
-
-# Candidates that need more than this trundle has are left out with a word.
-HAS_TRACKING = hasattr(trundle, "Tracking")
-HAS_MPPI = hasattr(trundle.control, "MPPI")
+from trundle.simulation import Measurement, Reference
 
 
 def streamed(size: Sizes, dtype: str, stored: bool = False) -> Job:
@@ -67,12 +74,36 @@ def timed(size: Sizes, run: Any) -> Job:
     return Job("run(out=out)", names, few(size, *run(out=out).final.T), size.steps * size.robots)
 
 
+def cost(t: float, pose: Any, command: Any, parameters: Any) -> Any:  # noqa: ARG001
+    """Return ``stage_cost``, as a user writes it for trundle."""
+    x, y, _ = pose
+    u, v, r = command
+    goal_x, goal_y, _, _, _, _, a, b, c, d, e, f, g, h, i = parameters
+    first = np.sqrt((x - a) * (x - a) + (y - b) * (y - b)) - c
+    second = np.sqrt((x - d) * (x - d) + (y - e) * (y - e)) - f
+    third = np.sqrt((x - g) * (x - g) + (y - h) * (y - h)) - i
+    near = np.maximum(MARGIN - first, 0.0) + np.maximum(MARGIN - second, 0.0)
+    near = near + np.maximum(MARGIN - third, 0.0)
+    distance = (x - goal_x) * (x - goal_x) + (y - goal_y) * (y - goal_y)
+    return distance + EFFORT * (u * u + v * v + r * r) + PENALTY * near
+
+
 def mppi(size: Sizes) -> Job:
-    """Return a tick with the peers' cost, to be written once trundle has MPPI."""
-    controller = trundle.control.MPPI(mecanum())
+    """Return a tick with the peers' cost, plan and noise of every step."""
+    controller = trundle.control.MPPI(
+        mecanum(), cost, samples=size.samples, horizon=size.horizon, dt=MPPI_DT, hold=1,
+        temperature=TEMPERATURE, sigma=[MPPI_SIGMA] * 3, parameters=np.ravel(CIRCLES),
+    )  # fmt: skip
+
+    here = Measurement(0.0, np.zeros(3), np.zeros(3))
+    goal = Reference(np.array([*GOAL, 0.0]), np.zeros(3), np.zeros(3))
+    _, first = controller.step(None, here, goal)
+    plan = first._replace(twists=first_plan(size).astype(np.float64))
+    number = itertools.count()
 
     def tick() -> Numbers:
-        return np.asarray(controller.step())
+        _, better = controller.step(plan._replace(tick=next(number)), here, goal)
+        return better.twists
 
     return Job("tick()", {"tick": tick}, mean_plan(size, tick))
 

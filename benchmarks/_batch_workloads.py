@@ -26,6 +26,7 @@ CHANCE, CHANCE_SMOKE, CHANCE_MPPI = 0.02, 0.1, 0.1
 OURS = OURS_32, OURS_64 = "trundle, float32", "trundle, float64"
 NUMPYS = NUMPY_32, NUMPY_64 = "NumPy, float32", "NumPy, float64"
 JAXES = JAX_32, JAX_64 = "JAX, float32", "JAX, float64"
+JAX_APART = "JAX, an array for each wheel, float32"
 LIMIT_32, LIMIT_64 = "the limit, float32", "the limit, float64"
 LOOP, WPIMATH, MUJOCO = "the lectures' loop", "robotpy-wpimath", "MuJoCo's rollout"
 
@@ -78,6 +79,7 @@ def streamed_final(size: Sizes, count: int) -> Workload:
     jobs = both(ours.streamed, size, OURS) | both(in_numpy.streamed, size, NUMPYS)
     jobs |= both(in_jax.streamed, size, JAXES)
     jobs |= {
+        JAX_APART: partial(in_jax.streamed, size, "float32", apart=True),
         LOOP: partial(in_numpy.lecture, size),
         WPIMATH: partial(others.wpimath, size),
         MUJOCO: partial(others.mujoco, size),
@@ -117,12 +119,12 @@ def noisy_final(size: Sizes, _: int) -> Workload:
     chance = CHANCE if size is FULL else CHANCE_SMOKE
     return Workload(
         "noise in the commands, final pose", jobs, {OURS_32: 20.0},
-        reference=NUMPY_32, double=chance, single=chance,
+        double=chance, single=chance,
     )  # fmt: skip
 
 
 def tracking_final(size: Sizes, _: int) -> Workload:
-    jobs = both(ours.computed_torque, size, OURS) if ours.HAS_TRACKING else {}
+    jobs = both(ours.computed_torque, size, OURS)
     jobs |= both(in_numpy.computed_torque, size, NUMPYS)
     jobs |= both(in_jax.computed_torque, size, JAXES)
     jobs |= {LOOP: partial(in_numpy.lecture_torque, size)}
@@ -163,7 +165,7 @@ class Single:
 
 def singles(size: Sizes) -> list[Single]:
     """Return the tasks of one robot, and of one tick."""
-    tick: Jobs = {TRUNDLE: partial(ours.mppi, size)} if ours.HAS_MPPI else {}
+    tick: Jobs = {TRUNDLE: partial(ours.mppi, size)}
     tick |= {NUMPY: partial(in_numpy.mppi, size), JAX: partial(in_jax.mppi, size)}
     call: Jobs = {TRUNDLE: ours.prepared_call, PLAIN: ours.plain_call}
     feedback: Jobs = {TRUNDLE: partial(ours.feedback, size), LOOP: partial(in_numpy.feedback, size)}

@@ -185,7 +185,9 @@ def mppi(size: Sizes) -> Job:
         noise = rng.standard_normal(shape, dtype=np.float32)
         noise *= np.float32(MPPI_SIGMA)
         twists = plan[:, :, None] + noise
-        x, y, psi, cost = np.zeros((4, size.samples), np.float32)
+        x, y, psi, _ = np.zeros((4, size.samples), np.float32)
+        # The price of the plan's effort: what a sample has more of it.
+        cost = np.float32(TEMPERATURE / MPPI_SIGMA**2) * np.einsum("ti,tik->k", plan, noise)
         for u, v, r in twists:
             pose = exact_step(np, x, y, psi, MPPI_DT * u, MPPI_DT * v, (0.5 * MPPI_DT) * r)
             x, y, psi = pose

@@ -251,10 +251,6 @@ def say_what_is_absent() -> list[str]:
     here = {name for name, module in names.items() if find_spec(module)}
     for name in names.keys() - here:
         print(f"{name} is not installed: it is left out.")
-    if not ours.HAS_TRACKING:
-        print("trundle has no Tracking: computed torque compares the others.")
-    if not ours.HAS_MPPI:
-        print("trundle has no MPPI: the tick compares the others.")
     print()
     return ["numpy", *(name for name in names if name in here)]
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from trundle.simulation.arithmetic import Function, array_arithmetic
-from trundle.simulation.rollout.loop import Arguments
+from trundle.simulation.rollout.loop import DONE, LOST, Arguments
 from trundle.simulation.rollout.random import make_normals
 from trundle.simulation.rollout.recipe import Recipe, make_advance
 from trundle.simulation.rollout.reducers.moments import add_poses
@@ -30,13 +30,13 @@ def _parts(recipe: Recipe) -> tuple[Function, Function, Function | None]:
     return make_advance(recipe, m, _as_is), constants(recipe.own), normals
 
 
-def run(recipe: Recipe, given: Arguments) -> bool:
-    """Advance all robots; the functions that numpy reads are right for turns of any size."""
+def run(recipe: Recipe, given: Arguments) -> int:
+    """Advance all robots, and tell how that ended; numpy reads turns of any size rightly."""
     for lo in range(0, given.state.shape[1], _BLOCK):
         # The random words wrap around, as they should; what is no number is told afterwards.
         with np.errstate(all="ignore"):
             _run_block(recipe, given, slice(lo, lo + _BLOCK))
-    return False
+    return DONE if np.isfinite(given.state[:3]).all() else LOST
 
 
 def _run_block(recipe: Recipe, given: Arguments, block: slice) -> None:

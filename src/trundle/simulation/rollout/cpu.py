@@ -7,6 +7,7 @@ its robots, whose numbers stand beside each other, so that one instruction serve
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -22,7 +23,7 @@ from trundle.simulation.arithmetic import (
     number_and_integer,
 )
 from trundle.simulation.rollout import written
-from trundle.simulation.rollout.loop import Arguments
+from trundle.simulation.rollout.loop import DONE, LOST, TOO_FAR, Arguments
 from trundle.simulation.rollout.random import make_normals
 from trundle.simulation.rollout.recipe import Recipe, make_advance
 from trundle.simulation.rollout.threads import run_all, thread_count
@@ -109,15 +110,15 @@ def block_size(recipe: Recipe) -> int:
     return _READING if reading else _BLOCK
 
 
-def make_run(recipe: Recipe) -> Callable[[Arguments], bool]:
-    """Return the function that advances all robots, and tells whether one turned too far."""
+def make_run(recipe: Recipe) -> Callable[[Arguments], int]:
+    """Return the function that advances all robots, and tells how that ended."""
     loop, size = _compiled(recipe), block_size(recipe)
 
-    def run(given: Arguments) -> bool:
+    def run(given: Arguments) -> int:
         count, lanes = given.state.shape[1], len(given.sums)
         small = count * given.steps < _WORTH_SHARING or count <= size
         if small and lanes == 1:
-            return bool(loop(0, count, 0, *given))
+            return loop(0, count, 0, *given)  # type: ignore[no-any-return]
         threads, blocks = 1 if small else thread_count(), -(-count // size)
         # More pieces than threads, so that a thread that is held up holds up little; where sums
         # are made, as many as there are lanes, on any number of threads.
@@ -127,7 +128,8 @@ def make_run(recipe: Recipe) -> Callable[[Arguments], bool]:
             (lo, hi, k if recipe.spread else 0, *given)
             for k, (lo, hi) in enumerate(itertools.pairwise(edges))
         ]
-        return any(run_all(loop, calls, threads))
+        ends = run_all(loop, calls, threads)
+        return TOO_FAR if TOO_FAR in ends else max(ends)
 
     return run
 
@@ -153,14 +155,21 @@ def _compiled(recipe: Recipe) -> Function:
         lo: int, hi: int, lane: int, first: int, steps: int, commands: Any, moving: int,
         shared: Any, own: Any, table: Any, key: Any, state: Any, every: int, out: Any, sums: Any,
         summed: int,
-    ) -> bool:  # fmt: skip
+    ) -> int:  # fmt: skip
         too_far = False
         for start in range(lo, hi, size):
             too_far |= block(
                 start, min(hi, start + size), lane, first, steps, commands, moving, shared, own,
                 table, key, state, every, out, sums, summed,
             )  # fmt: skip
-        return too_far
+        if too_far:
+            return TOO_FAR
+        # Here numbers may be none: the blocks' code takes it that they are.
+        for k in range(3):
+            for i in range(lo, hi):
+                if not math.isfinite(state[k, i]):
+                    return LOST
+        return DONE
 
     made: Function = loop
     return made

@@ -17,7 +17,7 @@ import numpy as np
 from trundle.errors import TrundleError
 from trundle.simulation.arithmetic import Function, gpu_arithmetic
 from trundle.simulation.rollout import written
-from trundle.simulation.rollout.loop import Arguments
+from trundle.simulation.rollout.loop import DONE, LOST, Arguments
 from trundle.simulation.rollout.memory import in_words
 from trundle.simulation.rollout.random import make_normals
 from trundle.simulation.rollout.recipe import Recipe, make_advance
@@ -61,7 +61,7 @@ def as_device_array(array: Any) -> Any:
     return array if hasattr(array, "copy_to_host") else cuda.as_cuda_array(array)
 
 
-def run(recipe: Recipe, given: Arguments) -> bool:
+def run(recipe: Recipe, given: Arguments) -> int:
     """Advance all robots; a GPU's functions are right for turns of any size.
 
     ``given.out`` may lie in the GPU's memory: then the poses that are kept stay there.
@@ -95,7 +95,7 @@ def run(recipe: Recipe, given: Arguments) -> bool:
         if hi > lo and not out_stays:
             rows.copy_to_host(out[lo:hi])
     given.state[...] = state.copy_to_host()
-    return False
+    return DONE if np.isfinite(given.state[:3]).all() else LOST
 
 
 def _to_device(array: Any) -> Any:

@@ -36,11 +36,8 @@ def choose(device: str) -> str:
     return device
 
 
-def make_run(device: str, recipe: Recipe) -> Callable[[Arguments], bool]:
-    """Return the function that advances all robots.
-
-    It returns whether one turned too far in a step for the recipe.
-    """
+def make_run(device: str, recipe: Recipe) -> Callable[[Arguments], int]:
+    """Return the function that advances all robots, and tells how that ended: see ``loop``."""
     # Imported here: compilers load when they are first used.
     if device == "cpu":
         from trundle.simulation.rollout import cpu

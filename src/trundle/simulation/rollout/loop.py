@@ -10,6 +10,10 @@ import numpy.typing as npt
 Numbers = npt.NDArray[Any]
 
 
+# How a loop ends: well; some robot turned too far in a step for the recipe; some pose is no number.
+DONE, TOO_FAR, LOST = 0, 1, 2
+
+
 class Arguments(NamedTuple):
     """The arrays of a call, in the layout of the loops: robots along the last axis.
 

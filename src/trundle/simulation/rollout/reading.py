@@ -183,8 +183,9 @@ def _over_robots(law: Function, name: str, count: int) -> Function:
         return values
 
     def of_robot(i: int, t: Any, pose: Values, parameters: Values) -> Values:
-        own = (tuple(v[i] if np.ndim(v) else v for v in each) for each in (pose, parameters))
-        return checked(t, *own)
+        each = ((t,), pose, parameters)
+        (now,), *own = (tuple(v[i] if np.ndim(v) else v for v in values) for values in each)
+        return checked(now, *own)
 
     def over_robots(t: Any, pose: Values, parameters: Values) -> Values:
         if not np.ndim(pose[0]):

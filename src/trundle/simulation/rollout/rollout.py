@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -15,7 +14,7 @@ from trundle.kinematics import finite
 from trundle.robot import Robot
 from trundle.simulation.rollout import devices
 from trundle.simulation.rollout.commands import Commands, Given, numbers
-from trundle.simulation.rollout.loop import Arguments, Numbers
+from trundle.simulation.rollout.loop import DONE, LOST, TOO_FAR, Arguments, Numbers
 from trundle.simulation.rollout.memory import ask_for
 from trundle.simulation.rollout.plan import Plan, as_type, make_plan, seed_key
 from trundle.simulation.rollout.reducers import Collected, Reducer
@@ -153,11 +152,13 @@ class PreparedRollout:
         self, plan: Plan, commands: Commands, pose: Numbers | None, save: object, device: str
     ) -> None:
         self._plan, self._commands, self._device = plan, commands, device
-        number = np.dtype(plan.recipe.dtype).itemsize
+        self._moving, self._dtype = int(plan.moving), np.dtype(plan.recipe.dtype)
+        self._between = plan.dt * (plan.every or plan.steps)
+        number = self._dtype.itemsize
         own = (plan.recipe.state + sum(plan.recipe.own)) * plan.count * number
         ask_for(own, f"{plan.count} robots in {plan.recipe.dtype}", "take fewer at once")
         self._run, self._start = devices.make_run(device, plan.recipe), plan.start(pose)
-        self._poses = (plan.count, 3) if plan.drive.motion.kept == 3 else None
+        self._poses = (plan.count, 3) if plan.drive.motion.kept == 3 and plan.steps else None
         self._shared, self._own = plan.constants(plan.parts)
         self._reducer = plan.reducer
         self._size = 3 * plan.count * number * plan.rows + self._start.nbytes
@@ -204,13 +205,13 @@ class PreparedRollout:
         if plan.every:
             kept[0] = state[:3]
         moments: list[Moments] = []
-        if self._advance(values, constants, key, state, kept, moments, progress):
+        end = self._advance(values, constants, key, state, kept, moments, progress)
+        if end == TOO_FAR:
             # Some robot turned by half a turn or more in a step: once more, now ready for that.
             self._run = devices.make_run(self._device, replace(plan.recipe, wide=True))
             state = self._read_start(pose)
-            self._advance(values, constants, key, state, kept, moments, progress)
-        # The sum is no number if one of them is none; it is quicker to look at than all of them.
-        if not (math.isfinite(np.add.reduce(state[:3], axis=None)) or np.isfinite(state[:3]).all()):
+            end = self._advance(values, constants, key, state, kept, moments, progress)
+        if end == LOST:
             raise TrundleError(explain_nonfinite(values, state, pose))
         return self._result(state, kept, out, moments)
 
@@ -223,43 +224,40 @@ class PreparedRollout:
         kept: Numbers,
         moments: list[Moments],
         progress: Callable[[int, int], None] | None,
-    ) -> bool:
+    ) -> int:
         """Advance all robots by all steps, some at a time, so that an interrupt is heard."""
-        plan, first = self._plan, 0
+        plan, first, end = self._plan, 0, DONE
         moments[:] = [moments_at(state[:3])] if plan.recipe.spread else []
-        while first < plan.steps:
+        while first < plan.steps and end == DONE:
             steps = min(self._at_once, plan.steps - first)
-            sums = self._sums(first, steps)
-            given = Arguments(
-                first, steps, commands, int(plan.moving), *constants, plan.table, key,
-                state, plan.every, kept, sums, self._summed,
+            sums = self._sums(first, steps) if self._summed else self._no_sums
+            end = self._advanced(
+                Arguments(
+                    first, steps, commands, self._moving, *constants, plan.table, key, state,
+                    plan.every, kept, sums, self._summed,
+                )
             )  # fmt: skip
-            if self._advanced(given):
-                return True
-            if plan.recipe.spread:
+            if plan.recipe.spread and end == DONE:
                 moments.append(moments_of(sums))
             first += steps
             if progress is not None:
                 progress(first, plan.steps)
-        return False
+        return end
 
-    def _advanced(self, given: Arguments) -> bool:
+    def _advanced(self, given: Arguments) -> int:
         """Advance all robots by some steps; what a user's law raises is told."""
-        law = self._plan.recipe.law
         try:
             return self._run(given)
         except (TrundleError, MemoryError):
             raise
         except Exception as error:
-            if law is None:
+            if self._plan.recipe.law is None:
                 raise
             name = type(error).__name__
             raise TrundleError(f"the policy failed on the way: {name}: {error}") from error
 
     def _sums(self, first: int, steps: int) -> Numbers:
         """Return room for the sums of so many steps."""
-        if not self._summed:
-            return self._no_sums
         rows = (first + steps) // self._summed - first // self._summed
         return np.zeros((self._lanes, rows, COLUMNS))
 
@@ -268,7 +266,9 @@ class PreparedRollout:
         plan, last = self._plan, self._commands
         if not isinstance(last, Given) or last.steering is not None:
             raise TrundleError("only wheel speeds or twists that were given can be exchanged")
-        values = last.read(numbers(given, "commands"), "commands")
+        if not (isinstance(given, np.ndarray) and given.dtype == self._dtype):
+            given = numbers(given, "commands")
+        values = last.read(given, "commands")
         if values.shape != last.values.shape:
             raise ShapeError(
                 f"commands must have the shape of the first ones: got {np.shape(given)}"
@@ -349,8 +349,7 @@ class PreparedRollout:
             reduced = self._reducer.result(
                 Collected(registers, plan.steps, plan.dt, plan.recipe.dtype, joined, self._summed)
             )
-        between = plan.dt * (plan.every or plan.steps)
-        return Rollouts(pose, buffer, final.T, between, reduced, self._device)
+        return Rollouts(pose, buffer, final.T, self._between, reduced, self._device)
 
 
 def read_pose(pose: npt.ArrayLike) -> Numbers:
