@@ -289,6 +289,28 @@ def check_slices():
 
 
 @needs_numba_cuda
+def test_a_user_s_rollout_on_the_gpu_and_its_trajectories_kept_there():
+    run_simulated("check_rollout")
+
+
+def check_rollout():
+    from numba import cuda
+
+    robot, speeds = trundle.load("mecanum"), trundle.Constant(np.arange(20.0).reshape(5, 4) / 5)
+    given = {"dt": 0.1, "steps": 3, "save": "trajectory"}
+    wanted = trundle.rollout(robot, speeds, **given, device="numpy")
+    np.testing.assert_allclose(
+        trundle.rollout(robot, speeds, **given, device="cuda").pose, wanted.pose, atol=1e-12
+    )
+    there = cuda.to_device(np.zeros((4, 3, 5)))
+    kept = trundle.rollout(robot, speeds, **given, device="cuda", out=there)
+    np.testing.assert_allclose(kept.pose.copy_to_host(), wanted.buffer, atol=1e-12)
+    np.testing.assert_allclose(kept.final, wanted.final, atol=1e-12)
+    with pytest.raises(TrundleError, match="out must be an array of float64"):
+        trundle.rollout(robot, speeds, **given, device="cuda", out=cuda.to_device(np.zeros(4)))
+
+
+@needs_numba_cuda
 def test_too_little_memory_on_the_gpu_is_said_before_it_is_taken():
     run_simulated("check_memory")
 

@@ -25,8 +25,6 @@ from trundle.robot import MecanumWheel
 needs_numba = pytest.mark.skipif(
     importlib.util.find_spec("numba") is None, reason="numba is not installed"
 )
-DEVICES = ("numpy", pytest.param("cpu", marks=needs_numba))
-each_device = pytest.mark.parametrize("device", DEVICES)
 
 # Some dozens of steps of numbers near 1, each rounded at 1e-16, in another order of operations.
 ROUNDING = 1e-13
@@ -78,8 +76,6 @@ BUILD: dict[str, Build] = {
     "arm": lambda robot, value: placed(robot, value / outermost(robot), value / outermost(robot)),
     "track": lambda robot, value: placed(robot, y=value / extent(robot, "y")),
     "wheelbase": lambda robot, value: placed(robot, x=value / extent(robot, "x")),
-    "heading": lambda robot, value: with_wheels(robot, "", heading=value),
-    "roller": lambda robot, value: with_wheels(robot, "", roller=value),
     "track_factor": lambda robot, value: with_wheels(robot, "", track_factor=value),
 }
 DIFFERING: list[tuple[str, dict[str, list[float]]]] = [
@@ -88,7 +84,7 @@ DIFFERING: list[tuple[str, dict[str, list[float]]]] = [
     ("mecanum", {"wheelbase": [0.3, 0.45, 0.5], "track": [0.3, 0.35, 0.4]}),
     ("mecanum", {"arm": [0.3, 0.35, 0.4]}),
     ("differential", {"track": [0.3, 0.35, 0.4]}),
-    ("differential", {"heading": [0.1, 0.0, -0.2]}),
+    ("omni3", {"radius": [0.04, 0.05, 0.06]}),
     ("omni3", {"arm": [0.2, 0.25, 0.3], "radius": [0.04, 0.05, 0.06]}),
     ("skid_steer", {"track_factor": [1.2, 1.5, 1.9], "track": [0.3, 0.35, 0.4]}),
 ]
@@ -127,8 +123,6 @@ def test_robots_that_differ_are_those_built_one_by_one(name, given):
     )  # fmt: skip
     wanted = each_alone(robot, given, wheel_speeds=speeds)
     np.testing.assert_allclose(got.pose, wanted, rtol=0, atol=ROUNDING)
-    if "heading" in given:  # which the twist's own constraint changes with
-        return
     twists = np.random.default_rng(9).normal(size=(STEPS, COUNT, 3)) * (0.3, 0.0, 0.5)
     got = rollout(
         robot, Stream(twist=twists), dt=DT, pose=starts(), parameters=given, device="numpy"
@@ -150,8 +144,7 @@ def test_one_wheel_may_differ_alone():
     np.testing.assert_allclose(got.pose, wanted[-1], rtol=0, atol=ROUNDING)
 
 
-@each_device
-def test_one_command_for_robots_that_differ(device):
+def test_one_command_for_robots_that_differ():
     """Also where all else is shared, and where constant commands are taken to chords."""
     robot, given = load("differential"), {"radius": [0.04, 0.05, 0.06]}
     for steps in (STEPS, 80):
@@ -159,7 +152,7 @@ def test_one_command_for_robots_that_differ(device):
         wanted = each_alone(robot, given, wheel_speeds=speeds)[-1]
         got = rollout(
             robot, Constant([3.0, 4.0]), dt=DT, steps=steps, pose=starts(), parameters=given,
-            device=device,
+            device="numpy",
         )  # fmt: skip
         np.testing.assert_allclose(got.pose, wanted, rtol=0, atol=10 * ROUNDING)
 
@@ -185,20 +178,18 @@ def test_robots_that_steer_may_differ(name):
     np.testing.assert_allclose(got.pose, wanted, rtol=0, atol=ROUNDING)
 
 
-@pytest.mark.parametrize("dtype", ["float64", "float32"])
 @needs_numba
-def test_robots_that_steer_compiled(dtype):
+def test_robots_that_steer_compiled():
     robot, rng = load("ackermann"), np.random.default_rng(2)
     kinematics = trundle.Kinematics(robot)
     found = [[kinematics.inverse([1.0, 0.0, r]) for r in row] for row in rng.normal(size=(5, 3))]
     angles = np.array([[one.steering for one in row] for row in found])
     speeds = np.array([[one.wheel_speeds for one in row] for row in found])
     got = rollout(
-        robot, Stream(speeds, steering=angles), dt=DT, pose=starts(), dtype=dtype, device="cpu"
+        robot, Stream(speeds, steering=angles), dt=DT, pose=starts(), dtype="float32", device="cpu"
     )
     wanted = each_alone(robot, {}, wheel_speeds=speeds, steering=angles)[-1]
-    atol = ROUNDING if dtype == "float64" else FLOATS
-    np.testing.assert_allclose(got.pose, wanted, rtol=0, atol=atol)
+    np.testing.assert_allclose(got.pose, wanted, rtol=0, atol=FLOATS)
 
 
 def test_a_curved_space_of_motions_takes_speeds_and_angles():
@@ -231,7 +222,7 @@ def hindered() -> Robot:
     """Return a robot with its mass off centre, friction, and motors that are too weak."""
     robot = load("mecanum").with_body(mass=20.0, inertia=1.1, com=(0.07, -0.04))
     return robot.with_wheels(
-        mass=0.4, viscous_friction=0.02, coulomb_friction=0.1, spin_inertia=0.002, max_torque=0.6
+        mass=0.4, viscous_friction=0.02, coulomb_friction=0.01, spin_inertia=0.002, max_torque=0.3
     )
 
 
@@ -280,7 +271,7 @@ def test_limits_bind_in_these_loops():
 
 
 def test_motors_bound_the_torque_by_their_speed():
-    motor = Motor(stall_torque=0.9, no_load_speed=30.0)
+    motor = Motor(torque_constant=0.02, resistance=1.5, max_voltage=12.0, gear=4.0)
     robot = hindered().with_wheels(motor=motor, max_torque=None)
     wanted = tracked(robot, LAWS["PD"], pose=POSE)
     np.testing.assert_allclose(
@@ -323,7 +314,7 @@ def test_given_numbers_in_place_of_a_trajectory(law):
 @each_law
 def test_plain_headings_are_not_wrapped(law):
     lecture = motion.circle(radius=2.0, rate=0.4, heading="lecture")
-    far = POSE + [0.0, 0.0, 2 * np.pi]
+    far = POSE + np.array([0.0, 0.0, 2 * np.pi])
     for trajectory in (lecture, CIRCLE):
         wanted = tracked(plain(), law, trajectory, pose=far)
         got = together(plain(), law, trajectory, pose=far)
@@ -338,7 +329,7 @@ VARYING: dict[str, tuple[Any, Callable[[Robot, Any], Robot]]] = {
         lambda robot, c: robot.with_body(com=tuple(c)),
     ),
     "radius": ([0.04, 0.05, 0.06], lambda robot, radius: robot.with_wheels(radius=radius)),
-    "coulomb_friction": ([0.0, 0.1, 0.2], lambda robot, t: robot.with_wheels(coulomb_friction=t)),
+    "coulomb_friction": ([0.0, 0.01, 0.02], lambda robot, t: robot.with_wheels(coulomb_friction=t)),
     "track": ([0.3, 0.35, 0.4], BUILD["track"]),
 }
 

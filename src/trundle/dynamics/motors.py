@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -40,17 +40,19 @@ class Limits(NamedTuple):
 
 def torque_limits(robot: Robot) -> Limits:
     """Return the limits of the driven wheels' torques, from ``max_torque`` and the motors."""
-    rows = []
+    rows: list[Any] = []
     for wheel in robot.driven:
-        largest, stall, slope = wheel.max_torque or np.inf, np.inf, 0.0
+        largest, stall, slope = wheel.max_torque, np.inf, 0.0
+        largest = np.inf if largest is None else largest
         if motor := wheel.motor:
             if motor.max_current is not None:
-                largest = min(largest, motor.torque_per_ampere * motor.max_current)
+                largest = np.minimum(largest, motor.torque_per_ampere * motor.max_current)
             if motor.max_voltage is not None:
                 stall = motor.stall_torque
                 slope = motor.torque_per_ampere * motor.volts_per_speed / motor.resistance
-        rows.append((largest, stall, slope))
-    return Limits(*np.array(rows, dtype=np.float64).reshape(-1, 3).T)
+        rows += [largest, stall, slope]
+    table = np.stack(np.broadcast_arrays(*rows), axis=-1) if rows else np.zeros(0)
+    return Limits(*np.moveaxis(table.reshape(*table.shape[:-1], -1, 3), -1, 0))
 
 
 class Motors:

@@ -6,6 +6,9 @@ import importlib.util
 import warnings
 from collections.abc import Callable
 from functools import cache, partial
+from typing import Any
+
+import numpy as np
 
 from trundle.errors import SpeedWarning, TrundleError
 from trundle.simulation.rollout.loop import Arguments
@@ -50,6 +53,15 @@ def make_run(device: str, recipe: Recipe) -> Callable[[Arguments], int]:
     from trundle.simulation.rollout import arrays
 
     return partial(arrays.run, recipe)
+
+
+def as_array(device: str, out: Any) -> Any:
+    """Return an array for poses, in the memory of this machine or of its GPU."""
+    if device == "cuda" and not isinstance(out, np.ndarray):
+        from trundle.simulation.rollout import cuda
+
+        return cuda.as_device_array(out) if cuda.is_on_device(out) else out
+    return out if isinstance(out, np.ndarray) else None
 
 
 def lanes(device: str, recipe: Recipe, count: int) -> int:

@@ -89,7 +89,9 @@ def rollout(
             the wheels, "front_left.radius" of one, "arm", "track" and "wheelbase" [m], "mass" and
             "inertia" of the body, and its "com" (N, 2).
         out: array for the poses, contiguous and of the dtype: (3, N), or (rows, 3, N); such as the
-            ``buffer`` of an earlier result. Fresh memory costs more than the motion does.
+            ``buffer`` of an earlier result. Fresh memory costs more than the motion does. With
+            "cuda", trajectories may lie in the GPU's memory: then they stay there, and ``pose`` is
+            the array itself.
 
     Returns:
         The poses, and what a reducer made of them.
@@ -315,12 +317,13 @@ class PreparedRollout:
         plan, dtype = self._plan, self._plan.recipe.dtype
         shape = (plan.rows, 3, plan.count) if plan.every else (3, plan.count)
         if out is not None:
-            if not isinstance(out, np.ndarray) or out.shape != shape or out.dtype != dtype:
+            found = devices.as_array(self._device, out) if plan.every else out
+            if not hasattr(found, "shape") or found.shape != shape or found.dtype != dtype:
                 got = f"{out.dtype} {out.shape}" if isinstance(out, np.ndarray) else repr(out)
                 raise ShapeError(f"out must be an array of {dtype} with shape {shape}, got {got}")
-            if not (out.flags.c_contiguous and out.flags.writeable):
+            if isinstance(out, np.ndarray) and not (out.flags.c_contiguous and out.flags.writeable):
                 raise ShapeError("out must be contiguous in C order, and writeable")
-            return out if plan.every else self._nothing
+            return found if plan.every else self._nothing
         if not plan.every:
             return self._nothing
         ask_for(
@@ -336,7 +339,8 @@ class PreparedRollout:
         plan = self._plan
         final = state[:3]
         if plan.every:
-            buffer, pose = kept, np.swapaxes(kept, 1, 2)
+            # Poses in a GPU's memory stay there, as they lie.
+            buffer, pose = kept, np.swapaxes(kept, 1, 2) if isinstance(kept, np.ndarray) else kept
         else:
             if out is not None:
                 out[:] = final

@@ -16,6 +16,7 @@ from trundle.se2 import Array
 from trundle.simulation.rollout.closed_loop import ClosedLoop
 from trundle.simulation.rollout.commands import Commands, numbers
 from trundle.simulation.rollout.loop import Numbers
+from trundle.simulation.rollout.varied import spread_out
 from trundle.simulation.tracking.plant import (
     Plant,
     body_numbers,
@@ -106,6 +107,7 @@ class Tracking(Commands):
             dt: step [s].
         """
         gains = np.stack([self._constants(each, plant) for each in self.controllers], axis=-1)
+        varied = spread_out(varied, batch)
         dynamics = Dynamics(varied)
         none = np.zeros((*batch, 0))
         here = reduce(varied, none, none)

@@ -76,6 +76,31 @@ def batch_of(robot: Robot) -> tuple[int, ...]:
     return np.broadcast_shapes(*(value.shape for value in values if isinstance(value, np.ndarray)))
 
 
+def spread_out(robot: Robot, batch: tuple[int, ...]) -> Robot:
+    """Return a robot all of whose numbers are arrays of a batch, () for one that is as described.
+
+    Matrices of few of these numbers are stacks then, too.
+    """
+    if not batch:
+        return robot
+
+    def spread(value: Any, names: set[str]) -> Any:
+        changes = {name: np.broadcast_to(getattr(value, name), batch) for name in names}
+        return _with(value, **changes)
+
+    wheels = tuple(spread(w, _numbers(w) | _arrays(w)) for w in robot.wheels)
+    body = robot.body
+    if body is not None and body.com is not None:
+        x, y = (np.broadcast_to(each, batch) for each in body.com)
+        body = _with(spread(body, {"mass", "inertia"}), com=(x, y))
+    made: Robot = _with(robot, wheels=wheels, body=body)
+    return made
+
+
+def _arrays(wheel: Wheel) -> set[str]:
+    return {name for name, value in vars(wheel).items() if isinstance(value, np.ndarray)}
+
+
 def _of_body(robot: Robot, body: Body | None, name: str, values: Array) -> Body:
     if body is None:
         raise RobotError([f"it has no body, whose {name} could vary"], f"robot {robot.name!r}")
