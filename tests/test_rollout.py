@@ -168,9 +168,10 @@ def test_the_layout_of_commands_does_not_matter(streamed, device):
     speeds, wanted = streamed
     first = np.ascontiguousarray(speeds.swapaxes(1, 2))
     twice = np.repeat(first, 2, axis=2)[:, :, ::2]
-    layouts = [Stream(speeds), Stream.wheels_first(first), Stream.wheels_first(twice)]
+    layouts = [Stream(speeds), Stream.wheels_first(first)]
     if device == "numpy":  # others cost a compilation, and read no other way
         layouts += [
+            Stream.wheels_first(twice),
             Stream(speeds.tolist()),
             Stream(np.asfortranarray(speeds)),
             Stream(speeds[::-1][::-1]),

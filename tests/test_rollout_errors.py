@@ -329,7 +329,7 @@ def test_seeds_are_whole_numbers(seed):
 
 
 def test_sigma_is_a_spread():
-    with pytest.raises(TrundleError, match="sigma must not be negative, got -0.1"):
+    with pytest.raises(TrundleError, match=r"sigma must not be negative, got -0\.1"):
         TWO.with_noise([0.1, -0.1], seed=1)
     for bad in (math.nan, math.inf):
         with pytest.raises(ShapeError, match="sigma must be finite numbers"):
@@ -437,7 +437,7 @@ class Method:
 @pytest.mark.parametrize(
     "step",
     [5, None, "x", Method, Method(), Method().step, functools.partial(straight, t=0.0), math.sin],
-    ids=repr,
+    ids=lambda each: type(each).__name__,
 )
 def test_a_policy_is_a_plain_function(step):
     with pytest.raises(TrundleError, match=r"a plain Python function \(t, pose, parameters\)"):
@@ -528,7 +528,8 @@ def test_what_tracking_refuses():
     refused("give steps: a trajectory is sampled at every step", omni, Tracking(CIRCLE, LAW),
             steps=None)  # fmt: skip
     refused("leave out 'euler'", omni, Tracking(CIRCLE, LAW), method="euler")
-    refused("takes no noise", omni, Tracking(CIRCLE, LAW).with_noise(0.1, seed=1))
+    with pytest.raises(TrundleError, match="takes no noise"):
+        Tracking(CIRCLE, LAW).with_noise(0.1, seed=1)
     refused("steers: rollouts by the dynamics", ACKERMANN, Tracking(CIRCLE, LAW))
     refused(
         r"desired numbers must be \(T, 9\) or \(T, N, 9\)", omni, Tracking(np.ones((4, 3)), LAW)
@@ -536,6 +537,6 @@ def test_what_tracking_refuses():
     refused("steps is 3, and the commands have rows for 4", omni, Tracking(np.ones((4, 9)), LAW))
     bad = np.ones((3, 9))
     bad[1, 4] = math.nan
-    refused("commands must be finite numbers: value 4", omni, Tracking(bad, LAW))
+    refused("desired numbers must be finite", omni, Tracking(bad, LAW))
     two, five = [LAW, LAW], np.zeros((5, 3))
     refused(r"has \d robots, and .* has \d", omni, Tracking(CIRCLE, two), pose=five)

@@ -37,6 +37,8 @@ class Commands:
     def with_noise(self, sigma: npt.ArrayLike, *, seed: int) -> Self:
         """Return these commands with normal noise, generated while the robots move.
 
+        It takes the place of noise that they had. One number holds for steering angles, too.
+
         Args:
             sigma: standard deviation in the unit of the commands: one number, one for each value
                 of a command (n,), or each robot's own (N, n).
@@ -116,7 +118,7 @@ class Constant(Given):
 
 
 class Stream(Given):
-    """Commands for every step, held over it.
+    """Commands for every step, held over it; the array is read at each rollout, where it lies.
 
     Args:
         wheel_speeds: (T, N, n) wheel speeds [rad/s], a row for each step and robot, or (T, n) for
@@ -198,11 +200,12 @@ def whole_seed(seed: object) -> int:
     """Return a seed.
 
     Raises:
-        TrundleError: it is not a whole number from 0 on.
+        TrundleError: it is not a whole number from 0 on, or more than the generator tells apart.
     """
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise TrundleError(f"seed must be a whole number from 0 on, got {seed!r}")
-    return int(seed)
+    whole = isinstance(seed, int | np.integer) and not isinstance(seed, bool)
+    if not whole or not 0 <= seed < 2**128:  # type: ignore[operator]
+        raise TrundleError(f"seed must be a whole number from 0 on, below 2**128, got {seed!r}")
+    return int(seed)  # type: ignore[call-overload, no-any-return]
 
 
 def numbers(values: npt.ArrayLike, name: str) -> Numbers:
@@ -224,7 +227,8 @@ def _held(values: Numbers, name: str) -> Numbers:
     """Return (N, k) or (k,) as (1, k, N or 1)."""
     if values.ndim not in (1, 2):
         raise ShapeError(f"constant {name} must have shape (N, k) or (k,), got {values.shape}")
-    return np.ascontiguousarray(np.atleast_2d(values).T)[None]
+    # A copy: what a robot keeps does not change with the user's array.
+    return np.array(np.atleast_2d(values).T, order="C")[None]
 
 
 def _rows(values: Numbers, name: str) -> Numbers:

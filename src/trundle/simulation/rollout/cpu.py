@@ -29,7 +29,7 @@ from trundle.simulation.rollout.recipe import Recipe, make_advance
 from trundle.simulation.rollout.threads import run_all, thread_count
 
 # Sums are not reordered: that would undo the reduction of angles and the compensation of sums.
-FAST = {"contract", "nnan", "ninf", "nsz", "arcp"}
+FAST = {"contract", "nsz", "arcp"}
 # Robots in a block: few enough for the nearest cache, and more where commands are read, so that
 # each row of them is a long run of memory.
 _BLOCK, _READING = 256, 1024
@@ -72,36 +72,51 @@ def read_bits() -> Function:
 def choices() -> tuple[Function, Function, Function]:
     """Return the compiled functions (condition, yes, no), (a, b) -> the smaller, -> the larger.
 
-    Each is one instruction. Of Python's ``yes if condition else no`` the compiler makes branches
-    where several have the same condition, and then no vectors.
+    They are made of instructions that choose. Of Python's ``yes if condition else no`` the compiler
+    makes branches where several have the same condition, and then no vectors. As in numpy, what
+    meets a number that is none is none.
     """
-    from llvmlite import ir  # type: ignore[import-untyped]
     from numba import types
     from numba.extending import intrinsic
 
+    def common(typing: Any, a: Any, b: Any) -> Any:
+        """Return the type of both; a whole number does not widen a float."""
+        if isinstance(a, types.Float) and not isinstance(b, types.Float):
+            return a
+        if isinstance(b, types.Float) and not isinstance(a, types.Float):
+            return b
+        return typing.unify_types(a, b)
+
     @intrinsic  # type: ignore[untyped-decorator]
-    def where(_: Any, condition: Any, yes: Any, no: Any) -> Any:  # noqa: ARG001
-        def generate(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
-            return builder.select(*arguments)
+    def where(typing: Any, condition: Any, yes: Any, no: Any) -> Any:
+        to = common(typing, yes, no)
 
-        return yes(condition, yes, yes), generate
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            given = zip(arguments, signature.args, (types.boolean, to, to), strict=True)
+            chosen, *both = (context.cast(builder, each, of, into) for each, of, into in given)
+            return builder.select(chosen, *both)
 
-    def extreme(name: str, sign: str) -> Any:
+        return to(condition, yes, no), generate
+
+    def extreme(sign: str) -> Any:
         @intrinsic  # type: ignore[untyped-decorator]
-        def choose(_: Any, a: Any, b: Any) -> Any:  # noqa: ARG001
-            def generate(_: Any, builder: Any, __: Any, arguments: Any) -> Any:
-                if isinstance(a, types.Integer):
-                    return builder.select(builder.icmp_signed(sign, *arguments), *arguments)
-                to = arguments[0].type
-                kind = ir.FunctionType(to, [to, to])
-                of_type = builder.module.declare_intrinsic(name, [to], kind)
-                return builder.call(of_type, arguments, fastmath=("nnan", "nsz"))
+        def choose(typing: Any, a: Any, b: Any) -> Any:
+            to = common(typing, a, b)
 
-            return a(a, a), generate
+            def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+                given = zip(arguments, signature.args, strict=True)
+                first, second = (context.cast(builder, each, of, to) for each, of in given)
+                if isinstance(to, types.Integer):
+                    return builder.select(builder.icmp_signed(sign, first, second), first, second)
+                none = builder.fcmp_unordered("uno", first, first)
+                taken = builder.or_(builder.fcmp_ordered(sign, first, second), none)
+                return builder.select(taken, first, second)
+
+            return to(a, b), generate
 
         return choose
 
-    return where, extreme("llvm.minnum", "<"), extreme("llvm.maxnum", ">")
+    return where, extreme("<"), extreme(">")
 
 
 def block_size(recipe: Recipe) -> int:

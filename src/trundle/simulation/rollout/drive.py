@@ -18,12 +18,17 @@ from trundle.simulation.arithmetic import Arithmetic, Function, Jit, array_arith
 from trundle.simulation.rollout.commands import Commands, Given, Policy
 from trundle.simulation.rollout.loop import Numbers
 from trundle.simulation.rollout.motions import CHORDS, Chord, Linear, Motion, Values
-from trundle.simulation.rollout.reading import as_read, tried
+from trundle.simulation.rollout.reading import as_read, tried, what_it_reads
 from trundle.simulation.rollout.recipe import Law
 from trundle.simulation.rollout.steered import check_centres, steered_motion
 from trundle.simulation.rollout.tracking import Tracking, plant_for
 from trundle.simulation.rollout.varied import batch_of, vary
 from trundle.simulation.rollout.written import converted
+
+
+def as_is(values: Numbers) -> Numbers:
+    """Return values as they are."""
+    return values
 
 
 class Drive(NamedTuple):
@@ -49,7 +54,7 @@ class Drive(NamedTuple):
     start: Callable[[Array | None], Array]
     law: Law | None = None
     law_constants: Callable[[Numbers], Numbers] | None = None
-    arrange: Callable[[Numbers], Numbers] = lambda values: values
+    arrange: Callable[[Numbers], Numbers] = as_is
 
 
 # Traces of projectors are whole numbers.
@@ -63,6 +68,7 @@ class PolicyLaw:
     step: Any
     parameters: int
     command: int
+    reads: tuple[Any, ...]
 
     @property
     def constants(self) -> int:
@@ -125,7 +131,9 @@ def drive(
         start=_posed,
     )
     if isinstance(commands, Policy):
-        law = PolicyLaw(commands.step, commands.parameters.shape[-1], made.width)
+        law = PolicyLaw(
+            commands.step, commands.parameters.shape[-1], made.width, what_it_reads(commands.step)
+        )
         return made._replace(law=law, law_constants=partial(_with_step, dt=dt))
     made = made._replace(given=_checked(robot, commands, made))
     if held and not commands.moving and isinstance(made.motion, Linear):
@@ -140,6 +148,11 @@ def _motion(
     robot: Robot, varied: Robot, is_twist: bool, dt: float, method: str
 ) -> tuple[Motion, Numbers]:
     """Return how commands move robots, and the constants (k,), or (k, N) where robots differ."""
+    if robot.steered and is_twist and batch_of(varied):
+        raise TrundleError(
+            f"robot {robot.name!r} steers: what robots differ in does not change their twists; "
+            "give wheel_speeds and steering"
+        )
     if robot.steered and not is_twist:
         return steered_motion(robot, varied, dt, method)
     if robot.steered:

@@ -14,6 +14,7 @@ from trundle.kinematics import finite
 from trundle.robot import Robot
 from trundle.simulation.rollout import devices
 from trundle.simulation.rollout.commands import Commands, Given, numbers
+from trundle.simulation.rollout.drive import as_is
 from trundle.simulation.rollout.loop import DONE, LOST, TOO_FAR, Arguments, Numbers
 from trundle.simulation.rollout.memory import ask_for
 from trundle.simulation.rollout.plan import Plan, as_type, make_plan, seed_key
@@ -199,10 +200,15 @@ class PreparedRollout:
         """
         plan = self._plan
         values = plan.commands if commands is None else self._read_commands(commands)
-        key = plan.key if seed is None else seed_key(seed)
+        key = plan.key if seed is None else self._read_seed(seed)
         constants = self._shared, self._own
         if parameters is not None:
             constants = plan.constants(plan.parts | self._read_parameters(parameters))
+        if out is not None:
+            if isinstance(out, np.ndarray) and np.may_share_memory(out, values):
+                raise ShapeError("out must not lie in the memory of the commands: they are read")
+            # It may lie where the poses are written, and be read twice.
+            pose = None if pose is None else np.array(pose)
         state, kept = self._read_start(pose), self._read_out(out)
         if plan.every:
             kept[0] = state[:3]
@@ -214,7 +220,9 @@ class PreparedRollout:
             state = self._read_start(pose)
             end = self._advance(values, constants, key, state, kept, moments, progress)
         if end == LOST:
-            raise TrundleError(explain_nonfinite(values, state, pose))
+            raise TrundleError(
+                explain_nonfinite(values, plan.drive.arrange is not as_is, state, pose)
+            )
         return self._result(state, kept, out, moments)
 
     def _advance(
@@ -281,7 +289,7 @@ class PreparedRollout:
         """Return the states for other starts, or again for the first ones."""
         if pose is None:
             return self._start.copy()
-        if isinstance(pose, np.ndarray) and pose.shape == self._poses:
+        if isinstance(pose, np.ndarray) and pose.shape == self._poses and pose.dtype.kind == "f":
             # The usual case in a loop. What is no number in it shows in the poses that follow.
             state = self._start.copy()
             state[:3] = pose.T
@@ -291,9 +299,16 @@ class PreparedRollout:
             raise ShapeError(f"pose must be of {count} robots, got {start.shape}")
         return self._plan.start(start)
 
+    def _read_seed(self, seed: int) -> npt.NDArray[np.uint32]:
+        if not self._plan.recipe.noisy:
+            raise TrundleError("seed is of noise, and these commands have none: use with_noise")
+        return seed_key(seed)
+
     def _read_parameters(self, parameters: npt.ArrayLike) -> dict[str, Numbers]:
         """Return the constants of law or reducer with other parameters."""
         plan, values = self._plan, finite(parameters, "parameters")
+        if values.ndim not in (1, 2):
+            raise ShapeError(f"parameters must be (k,) or (N, k) numbers, got {values.shape}")
         if plan.drive.law_constants is not None:
             name, made = "law", plan.drive.law_constants(values)
         elif self._reducer is not None:
@@ -364,11 +379,15 @@ def read_pose(pose: npt.ArrayLike) -> Numbers:
     return start
 
 
-def explain_nonfinite(commands: Numbers, state: Numbers, pose: npt.ArrayLike | None) -> str:
+def explain_nonfinite(
+    commands: Numbers, held: bool, state: Numbers, pose: npt.ArrayLike | None
+) -> str:
     """Return why poses are no numbers: commands, starts, or what grew beyond all numbers."""
     if pose is not None and not np.isfinite(np.asarray(pose, dtype=np.float64)).all():
         return "pose must be finite numbers, got nan or inf"
     bad = np.argwhere(~np.isfinite(commands))
+    if len(bad) and held:
+        return f"commands of robot {bad[0, 2]} must be finite numbers, and not too large for dt"
     if len(bad):
         t, k, i = (int(each) for each in bad[0])
         return (

@@ -19,6 +19,7 @@ from trundle.kinematics import (
     frame,
     mobility,
     off_centre_words,
+    rolling_matrix,
     share_centre,
     side_slip_matrix,
 )
@@ -32,6 +33,8 @@ _PER_WHEEL = 7
 # Angles whose rows leave a motion to fewer digits than these are looked at more closely: a tenth of
 # the angle, squared, that still counts as a common centre.
 _SUSPECT = 1e-14
+# Squares of rim speeds along a motion, beside those of the strongest.
+_STILL = 1e-12
 
 
 @dataclass(frozen=True)
@@ -189,8 +192,36 @@ def steered_motion(robot: Robot, varied: Robot, dt: float, method: str) -> tuple
     return made, table
 
 
+def _check_driven(robot: Robot, S: Array, driven: Array, angles: Array) -> None:
+    """Refuse angles (s, N) at which no driven wheel rolls along the motion that they leave."""
+    a, b, c, d, e, f = (S[:, i, j] for i, j in zip(*np.triu_indices(3), strict=True))
+    upper = [
+        d * f - e * e,
+        c * e - b * f,
+        b * e - c * d,
+        a * f - c * c,
+        b * c - a * e,
+        a * d - b * b,
+    ]
+    P = np.empty_like(S)
+    for each, i, j in zip(upper, *np.triu_indices(3), strict=True):
+        P[:, i, j] = P[:, j, i] = each
+    A = np.swapaxes(driven, -1, -2) @ driven
+    along = np.trace(P @ A, axis1=-2, axis2=-1)
+    most = np.trace(P, axis1=-2, axis2=-1) * np.trace(A, axis1=-2, axis2=-1)
+    if len(still := np.flatnonzero(along <= _STILL * most)):
+        told = ", ".join(f"{angle:.6g}" for angle in np.degrees(angles[:, still[0]]))
+        raise TrundleError(
+            f"robot {robot.name!r}: at steering angles of {told} deg no driven wheel rolls along "
+            "the motion that is left, so that the wheel speeds do not tell where it goes"
+        )
+
+
 def check_centres(robot: Robot, steering: Array) -> None:
-    """Refuse steering angles (T, s, N) that share no instantaneous centre.
+    """Refuse steering angles (T, s, N) that share no centre, or leave what nothing drives.
+
+    They are those of the robot as described; of robots that differ from it, the motion is the one
+    that slips least.
 
     Raises:
         OffCentreError: some do not; the nearest that do are told.
@@ -199,6 +230,8 @@ def check_centres(robot: Robot, steering: Array) -> None:
     for angles in steering:
         rows = side_slip_matrix(robot, robot.wheels, np.asarray(angles.T, dtype=np.float64)) @ here
         S = np.swapaxes(rows, -1, -2) @ rows
+        driven = rolling_matrix(robot, robot.driven, angles.T.astype(np.float64)) @ here
+        _check_driven(robot, S, driven, angles)
         # The least of three eigenvalues, where it is far below the others.
         least = np.linalg.det(S) / (np.trace(S, axis1=-2, axis2=-1) ** 2)
         for i in np.flatnonzero(least > _SUSPECT):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import Any, Self, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from trundle.dynamics import Dynamics, reduce
 from trundle.errors import ShapeError, TrundleError
+from trundle.kinematics import finite
 from trundle.motion import AnyTrajectory, sample
 from trundle.robot import Robot
 from trundle.se2 import Array
@@ -63,8 +64,14 @@ class Tracking(Commands):
                 "controller must be one that rollouts can compile, PD or ComputedTorque, or a "
                 f"sequence of one kind of them; got {controller!r}"
             )
-        self.rate = None if rate is None else numbers(rate, "rate")
+        self.rate = None if rate is None else finite(rate, "rate", 3)
+        if self.rate is not None and self.rate.ndim > 2:
+            raise ShapeError(f"rate must be (3,) or (N, 3), got {self.rate.shape}")
         self.trajectory = trajectory
+
+    def with_noise(self, sigma: npt.ArrayLike, *, seed: int) -> Self:
+        """Refuse: what is desired has no noise."""
+        raise TrundleError("Tracking takes no noise: vary the starts, the robot or the controllers")
 
     def desired(self, steps: int | None, dt: float) -> Numbers:
         """Return what is desired at the start of each step (T, 9, N or 1)."""
@@ -72,6 +79,8 @@ class Tracking(Commands):
             rows = numbers(self.trajectory, "trajectory")
             if rows.ndim not in (2, 3) or rows.shape[-1] != 9:
                 raise ShapeError(f"desired numbers must be (T, 9) or (T, N, 9), got {rows.shape}")
+            if rows.size == 0 or not np.isfinite(rows).all():
+                raise ShapeError("desired numbers must be finite, of one step at least")
             return rows[:, :, None] if rows.ndim == 2 else np.swapaxes(rows, 1, 2)
         if steps is None:
             raise TrundleError("give steps: a trajectory is sampled at every step")
@@ -88,7 +97,10 @@ class Tracking(Commands):
         first = np.asarray(desired[0], dtype=np.float64).T
         pose = first[:, :3] if pose is None else np.atleast_2d(pose)
         rate = first[:, 3:6] if self.rate is None else np.atleast_2d(self.rate)
-        pose, rate = np.broadcast_arrays(pose, rate)
+        try:
+            pose, rate = np.broadcast_arrays(pose, rate)
+        except ValueError:
+            raise ShapeError(f"pose has {len(pose)} robots, and rate has {len(rate)}") from None
         c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
         twist = np.stack(
             [c * rate[:, 0] + s * rate[:, 1], c * rate[:, 1] - s * rate[:, 0], rate[:, 2]]

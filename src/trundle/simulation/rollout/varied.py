@@ -18,6 +18,7 @@ from trundle.se2 import Array
 # Sizes of a whole robot, and the coordinates of the wheels that they scale.
 _SIZES = {"arm": ("x", "y"), "track": ("y",), "wheelbase": ("x",)}
 _BODY = ("mass", "inertia", "com")
+_CHECKED = 1000
 
 
 def vary(robot: Robot, parameters: Mapping[str, npt.ArrayLike]) -> Robot:
@@ -46,7 +47,8 @@ def vary(robot: Robot, parameters: Mapping[str, npt.ArrayLike]) -> Robot:
             f"parameters must be a dictionary such as {{'radius': [...]}}, got {parameters!r}"
         )
     wheels, body, counts = list(robot.wheels), robot.body, {}
-    for name, given in parameters.items():
+    # Sizes first, then all wheels, then single ones: what is told more closely holds.
+    for name, given in sorted(parameters.items(), key=lambda item: _closeness(item[0])):
         if not isinstance(name, str):
             raise TrundleError(f"parameters have names such as 'radius', got {name!r}")
         values = finite(given, name, 2 if name == "com" else None)
@@ -60,12 +62,18 @@ def vary(robot: Robot, parameters: Mapping[str, npt.ArrayLike]) -> Robot:
             wheels = _sized(robot, wheels, name, values)
         else:
             wheels = _of_wheels(robot, wheels, name, values)
+    if "arm" in counts and counts.keys() & {"track", "wheelbase"}:
+        raise TrundleError("give arm, or track and wheelbase: both move the wheels")
     count = max(counts.values(), default=1)
     for name, each in counts.items():
         if each != count:
             other = next(key for key, value in counts.items() if value == count)
             raise ShapeError(f"parameter {name!r} has {each} robots, and {other!r} has {count}")
     return _with(robot, wheels=tuple(wheels), body=body)  # type: ignore[no-any-return]
+
+
+def _closeness(name: object) -> tuple[bool, bool]:
+    return name not in _SIZES, "." in str(name)
 
 
 def batch_of(robot: Robot) -> tuple[int, ...]:
@@ -140,16 +148,23 @@ def _of_wheels(robot: Robot, wheels: list[Wheel], name: str, values: Array) -> l
     out = []
     for described, wheel in zip(robot.wheels, wheels, strict=True):
         if described.name in chosen:
-            for end in (values.min(), values.max()):
-                _check(described, field, float(end))
+            for each in _some(values):
+                _check(described, field, float(each))
             wheel = _with(wheel, **{field: values})
         out.append(wheel)
     return out
 
 
 def _check(described: Any, name: str, value: object) -> None:
-    """Let the description's own checks see a value; of many, the outermost are enough."""
+    """Let the description's own checks see a value."""
     dataclasses.replace(described, **{name: value})
+
+
+def _some(values: Array) -> Array:
+    """Return the values that are checked: of thousands some, the outermost among them."""
+    unique = np.unique(values)
+    some: Array = unique[np.unique(np.linspace(0, len(unique) - 1, _CHECKED).astype(int))]
+    return some
 
 
 def _numbers(wheel: Wheel) -> set[str]:
