@@ -1,12 +1,11 @@
 """The step under jax.jit, jax.grad and jax.vmap, as it is: jax is one more reader of it."""
 
-import math
-
 import numpy as np
 import pytest
 
 import trundle
 from trundle import se2
+from trundle.se2 import make_sinc
 from trundle.simulation.arithmetic import PLAIN
 from trundle.simulation.rollout.motions import Linear
 from trundle.simulation.rollout.random import key_words, make_normals
@@ -25,8 +24,7 @@ JAX = PLAIN._replace(
     sin=jnp.sin,
     cos=jnp.cos,
     near_cos=jnp.cos,
-    # The quotient has no derivative where a robot goes straight on; this function has.
-    sinc=lambda h: jnp.sinc(h / math.pi),
+    sinc=make_sinc(jnp.sin, jnp.sqrt, se2.NEVER_ZERO),
     log=jnp.log,
     sqrt=jnp.sqrt,
     word=jnp.uint32,
@@ -80,6 +78,33 @@ def changed(given, argument, change):
     both = list(given)
     both[argument] = both[argument] + change
     return zip(*both, strict=True)
+
+
+def test_the_derivatives_where_a_robot_goes_straight_on_are_known():
+    pose, (dx, dy) = np.array([0.3, -0.2, 0.7]), (0.4, -0.1)
+    got = jax.jit(jax.jacobian(step_of, 1))(pose, np.array([dx, dy, 0.0]))
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    # By hand: the increment is turned by psi, and with it half of dpsi turns it further.
+    wanted = [
+        [c, -s, (-s * dx - c * dy) / 2],
+        [s, c, (c * dx - s * dy) / 2],
+        [0, 0, 1],
+    ]
+    np.testing.assert_allclose(got, wanted, rtol=0, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_the_gradient_at_no_turn_is_that_of_differences(dtype):
+    def far_of(dpsi, step):
+        x, y, _ = step(0.0, 0.0, 0.7, 0.4, -0.1, dpsi)
+        return x + 2.0 * y
+
+    step = se2.make_step(jnp.sin, jnp.cos)
+    got = jax.grad(lambda dpsi: far_of(dpsi, step))(jnp.zeros((), dtype))
+    assert got.dtype == dtype
+    wanted = (far_of(WIDTH, se2.step) - far_of(-WIDTH, se2.step)) / (2 * WIDTH)
+    tolerance = {"float32": 4 * 2.0**-24, "float64": DIFFERENCES}[dtype]  # roundings below 1
+    np.testing.assert_allclose(got, wanted, rtol=0, atol=tolerance)
 
 
 # ---- a whole rollout -------------------------------------------------------------------------

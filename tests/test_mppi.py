@@ -8,6 +8,7 @@ import pytest
 
 import trundle
 from trundle.control import MPPI
+from trundle.control.goal import GoalCost, goal_parameters
 from trundle.control.mppi import Plan
 from trundle.errors import TrundleError
 from trundle.robot import CATALOG
@@ -129,6 +130,20 @@ def test_costs_weights_and_plan_are_those_of_the_equations(device, dtype, tolera
     assert weights.max() < 0.5  # else the mean of the samples was not tested
 
 
+def test_a_place_far_away_on_a_map_changes_nothing():
+    far = np.array([1e6, -1e6, 0.0])  # where floats are a sixteenth of a metre apart
+    found = []
+    for origin in (np.zeros(3), far):
+        law = MPPI(trundle.load("mecanum"), obstacles=CIRCLES + origin, **SMALL)
+        here, goal = (origin + np.array(each) for each in ((0.1, -0.2, 3.0), (2.5, 0.5, 0.3)))
+        seen = law.foresee(None, measured(pose=here), wanted(goal))
+        np.testing.assert_allclose(seen.poses[:, 0], np.tile(here, (300, 1)), atol=ROUNDING)
+        np.testing.assert_allclose(seen.path[0], here)
+        found.append((seen.poses - origin, seen.cost, seen.plan.twists))
+    for near, away in zip(*found, strict=True):
+        np.testing.assert_allclose(away, near, rtol=ROUNDING_OF_FLOATS, atol=ROUNDING_OF_FLOATS)
+
+
 def test_noise_has_its_deviation_and_is_held():
     sigma, hold = np.array([0.4, 0.2, 1.5]), 5
     law = MPPI(trundle.load("omni3"), samples=4000, horizon=23, sigma=sigma, hold=hold,
@@ -157,35 +172,50 @@ def test_the_plan_goes_on_in_time():
         np.testing.assert_allclose(plan.twists, rows[:, None] * ramp[1], atol=1e-5)
 
 
+def test_the_default_cost_does_not_depend_on_how_commands_are_given():
+    goal = goal_parameters(np.array([1, 0, 0.5]), np.zeros(3), np.ones(3), 10.0, 0.3, CIRCLES)
+    robot, twist = trundle.load("omni3"), np.array([0.8, 0.1, 0.5])
+    given = {"dt": 0.05, "save": GoalCost(goal), "device": "numpy"}
+    held = trundle.rollout(robot, trundle.Constant(twist=twist), steps=40, **given).reduced
+    each = trundle.Stream(twist=np.tile(twist, (40, 1)))
+    np.testing.assert_allclose(held, trundle.rollout(robot, each, **given).reduced, rtol=ROUNDING)
+
+
 # ---- what it reaches -------------------------------------------------------------------------
 
 STEERING = {"steering_min": -0.6, "steering_max": 0.6}
 SCENES = {
-    # size of the scene; how near the goal [m] such robots come: those that cannot move sideways
-    # trade what is left of y against the heading.
-    "mecanum": ({}, 1.0, 0.06),
-    "omni3": ({}, 1.0, 0.06),
-    "swerve": ({}, 1.0, 0.06),
-    "differential": ({}, 1.0, 0.35),
-    "bicycle": (STEERING, 1.5, 0.6),
-    "ackermann": (STEERING, 4.0, 1.2),
+    # size of the scene [m]; the heading's weight, and how near the goal they come, in sizes. Those
+    # that cannot move sideways trade what is left of y against the heading.
+    "mecanum": ({}, 1.0, 0.2, 0.06),
+    "omni3": ({}, 1.0, 0.2, 0.06),
+    "swerve": ({}, 1.0, 0.2, 0.06),
+    "differential": ({}, 1.0, 0.02, 0.12),
+    "bicycle": (STEERING, 1.5, 0.02, 0.1),
+    "ackermann": (STEERING, 4.0, 0.02, 0.2),
 }
+# By hand: 3 sizes at half a size per second cost 18, the squares of what is left summed over time;
+# standing still for 7.5 s costs 67.5. They can go at twice that speed, and go around a circle.
+OF_STANDING_STILL = 0.3
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_it_reaches_a_goal_around_a_circle(name):
-    changes, size, near = SCENES[name]
+    changes, size, heading, near = SCENES[name]
     robot = trundle.load(name)
     robot = robot.with_wheels(max_speed=size / robot.driven[0].radius, **changes)
     circle, goal = size * np.array([1.5, 0.1, 0.4]), size * np.array([3.0, 0.0, 0.0])
     law = MPPI(
-        robot, obstacles=[circle], clearance=0.3 * size, weights=(1 / size**2, 1 / size**2, 0.2),
-        sigma=(0.5 * size, 0.5 * size, 1.0), **SMALL,
+        robot, obstacles=[circle], clearance=0.3 * size,
+        weights=(1 / size**2, 1 / size**2, heading), sigma=(0.5 * size, 0.5 * size, 1.0), **SMALL,
     )  # fmt: skip
     run = trundle.track(robot, Rest(goal), law, duration=7.5, dt=0.05, pose=np.zeros(3))
     clearance = np.hypot(*(run.pose[:, :2] - circle[:2]).T) - circle[2]
     assert clearance.min() > 0
-    assert np.hypot(*run.error[-1, :2]) < near
+    assert np.hypot(*run.error[-1, :2]) < near * size
+    still, at_goal = np.zeros((1, len(run.pose) - 1, 3)), wanted(goal)
+    way = cost_of(run.pose[None, 1:], law, at_goal)
+    assert way < OF_STANDING_STILL * cost_of(still, law, at_goal)
     assert not run.saturated.any()  # no command was more than the wheels can do
 
 
@@ -291,6 +321,7 @@ NAN = float("nan")
         ({"horizon": 2.5}, "horizon must be a whole number from 1 on, got 2.5"),
         ({"hold": 0}, "hold must be a whole number from 1 on"),
         ({"seed": -1}, "seed must be a whole number from 0 on, got -1"),
+        ({"seed": 2**64}, r"seed must be below 2\*\*64"),
         ({"dt": 0.0}, "dt must be a positive number, got 0.0"),
         ({"temperature": NAN}, "temperature must be a positive number"),
         ({"sigma": (0.1, -0.2, 0.1)}, "sigma must not be negative"),
@@ -304,7 +335,7 @@ NAN = float("nan")
         ({"parameters": [1.0]}, "parameters belong to a cost of one's own"),
         ({"cost": lambda *_: 0.0, "obstacles": [[1, 0, 1]]}, "yours takes parameters"),
         ({"cost": 3.0}, "cost must be a function"),
-        ({"cost": lambda *_: "dear"}, "cost must be"),
+        ({"cost": lambda *_: "dear"}, "must return a number"),
         ({"device": "abacus"}, "device must be one of"),
         ({"dtype": "float16"}, "dtype must be"),
     ],
@@ -319,5 +350,47 @@ def test_what_is_measured_and_wanted_must_be_numbers():
     law = MPPI(trundle.load("omni3"), samples=8, horizon=4, device="numpy")
     with pytest.raises(TrundleError, match="pose"):
         law.step(None, measured(pose=(0, NAN, 0)), wanted((1, 0, 0)))
+    with pytest.raises(TrundleError, match="time"):
+        law.step(None, measured(NAN), wanted((1, 0, 0)))
+    with pytest.raises(TrundleError, match="one pose"):
+        law.step(None, measured(pose=np.zeros((8, 3))), wanted((1, 0, 0)))
     with pytest.raises(TrundleError, match="reference position"):
         law.step(None, measured(), wanted((NAN, 0, 0)))
+
+
+@pytest.mark.parametrize(
+    ("state", "message"),
+    [
+        (Plan(np.zeros((5, 3)), 1, 0.0), r"another horizon: its twists must be \(4, 3\)"),
+        (Plan(np.full((4, 3), NAN), 1, 0.0), "the plan's twists must be finite"),
+        (Plan(np.zeros((4, 3)), 1, NAN), "the plan's time must be finite"),
+        (np.zeros((4, 3)), "state must be the Plan of the last step"),
+    ],
+)
+def test_a_state_must_be_a_plan_of_this_horizon(state, message):
+    law = MPPI(trundle.load("omni3"), samples=8, horizon=4, device="numpy")
+    with pytest.raises(TrundleError, match=message):
+        law.step(state, measured(), wanted((1, 0, 0)))
+
+
+def test_costs_must_be_finite():
+    robot = trundle.load("omni3")
+    law = MPPI(robot, weights=(1e38, 1e38, 0), samples=8, horizon=4, device="numpy")
+    with pytest.raises(TrundleError, match="the cost of sample 0 is no finite number: inf"):
+        law.step(None, measured(), wanted((100, 0, 0)))  # beyond float32
+    law = MPPI(robot, lambda *_: np.nan, samples=8, horizon=4, device="numpy")
+    with pytest.raises(TrundleError, match="no finite number"):
+        law.step(None, measured(), wanted((1, 0, 0)))
+
+
+@pytest.mark.parametrize("temperature", [1e-310, 1e-30, 1e308])
+def test_any_temperature_gives_a_plan(temperature):
+    law = MPPI(trundle.load("omni3"), temperature=temperature, samples=50, horizon=4,
+               device="numpy", dtype="float64")  # fmt: skip
+    with np.errstate(all="raise", under="ignore"):
+        seen = law.foresee(None, measured(), wanted((2, 0, 0)))
+    if temperature < 1:  # the best sample is the plan
+        best = seen.twists[seen.cost.argmin()]
+        np.testing.assert_allclose(seen.plan.twists, best, atol=ROUNDING)
+    else:
+        np.testing.assert_allclose(seen.weights, 1 / 50, rtol=ROUNDING)

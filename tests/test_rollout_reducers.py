@@ -3,7 +3,9 @@
 # Costs take four arguments, whether they need them or not.
 # ruff: noqa: ARG001, ARG005
 
+import functools
 import importlib.util
+import math
 import os
 import subprocess
 import sys
@@ -219,6 +221,66 @@ def test_the_cost_of_time_is_the_sum_of_the_steps_ends():
     )
 
 
+def near_or_far(t, pose, command, parameters):
+    """Return a cost that numpy reads of plain numbers only."""
+    far = math.exp(min(pose[0], 1.0)) - 1.0
+    if pose[0] > 0.5:
+        far = far + 2.0
+    return far
+
+
+def where_far(t, pose, command, parameters):
+    """Return a cost that is an array without axes."""
+    return np.where(pose[0] > 0.5, 2.0, 0.0)
+
+
+def fails(t, pose, command, parameters):
+    """Return nothing: it breaks."""
+    return pose.x
+
+
+def fails_later(t, pose, command, parameters):
+    """Return 0 at first."""
+    if pose[0] > 0.01:
+        raise ValueError("too late")
+    return 0.0
+
+
+@pytest.mark.parametrize("device", DEVICES)
+def test_costs_with_branches_are_read_too(device):
+    # At 1 m/s, from 0.05, -2 and 1 on: x after ten steps of 0.1 s.
+    given = {"dt": 0.1, "steps": 10, "pose": [[0.05, 0, 0], [-2.0, 0, 0], [1.0, 0, 0]]}
+    law = Constant(twist=[1.0, 0.0, 0.0])
+    save = CostSum(near_or_far), CostSum(where_far)
+    smooth, chosen = rollout(ROBOT, law, save=save, device=device, **given).reduced
+    x = np.arange(1, 11)[:, None] / 10 + np.array([0.05, -2.0, 1.0])
+    far = x > 0.5
+    np.testing.assert_array_equal(chosen, 2.0 * far.sum(axis=0))
+    expected = (np.expm1(np.minimum(x, 1.0)) + 2.0 * far).sum(axis=0)
+    np.testing.assert_allclose(smooth, expected, rtol=1e-12)
+
+
+@needs_numba
+def test_a_cost_that_was_compiled_before_is_read():
+    import numba
+
+    given = {"dt": 0.1, "steps": 3, "pose": starts(), "device": "numpy"}
+    two = (CostSum(each, parameters=[0.1, 0.2]) for each in (numba.njit(cost), cost))
+    compiled, plain = rollout(ROBOT, constant(), save=tuple(two), **given).reduced
+    np.testing.assert_array_equal(compiled, plain)
+
+
+@needs_numba
+def test_a_cost_that_cannot_be_compiled_is_told():
+    def by_name(t, pose, command, parameters):
+        return {"x": pose[0], 1: pose[1]}["x"]
+
+    with pytest.raises(TrundleError, match="cost 'by_name' cannot be compiled"):
+        rollout(ROBOT, constant(), dt=0.1, steps=3, save=CostSum(by_name), device="cpu")
+    read = rollout(ROBOT, constant(), dt=0.1, steps=3, save=CostSum(by_name), device="numpy")
+    assert np.isfinite(read.reduced).all()
+
+
 def test_float32_sums_keep_what_they_would_lose():
     def tenth(t, pose, command, parameters):
         return 0.0 * pose[0] + 0.1
@@ -348,6 +410,9 @@ def test_peak_memory_does_not_grow_with_the_number_of_steps():
     ("make", "message"),
     [
         (lambda: CostSum(3.0), "cost must be a function"),
+        (lambda: CostSum(lambda t, pose: 0.0), "must take"),
+        (lambda: CostSum(functools.partial(cost, 0.0)), "a plain Python function"),
+        (lambda: CostSum(np.hypot), "a plain Python function"),
         (lambda: CostSum(cost, parameters=[[[1.0]]]), r"\(k,\) or \(N, k\)"),
         (lambda: CostSum(cost, parameters=[np.nan, 0.0]), "parameters"),
         (lambda: Spread(every=0), "whole number of steps"),
@@ -375,9 +440,10 @@ def test_bad_reducers(make, message):
 @pytest.mark.parametrize(
     ("save", "message"),
     [
-        (CostSum(lambda t, pose: 0.0), "cost must be a function"),
-        (CostSum(lambda t, pose, command, parameters: None), "returns a number, got None"),
-        (CostSum(lambda t, pose, command, parameters: pose), "returns a number"),
+        (CostSum(lambda t, pose, command, parameters: None), "must return a number, got None"),
+        (CostSum(lambda t, pose, command, parameters: pose), "must return a number"),
+        (CostSum(fails), "cost 'fails': AttributeError"),
+        (CostSum(fails_later), "cost 'fails_later': ValueError: too late"),
         (CostSum(lambda t, pose, command, parameters: np.inf), "no finite number"),
         (CostSum(cost, parameters=np.zeros((7, 2))), "the reducer's numbers has 7"),
         ((), "tuple of reducers"),

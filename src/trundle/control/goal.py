@@ -50,8 +50,6 @@ class GoalCost(Reducer):
         parameters: as ``goal_parameters`` returns them.
     """
 
-    reads_command = True
-
     def __init__(self, parameters: Array) -> None:
         self.parameters = parameters
 

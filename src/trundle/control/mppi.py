@@ -26,6 +26,9 @@ from trundle.simulation import (
     rollout,
 )
 
+# So many temperatures dearer than the best, a sample's share is 1e-304; exp is a normal number yet.
+_NOTHING = 700.0
+
 
 class Plan(NamedTuple):
     """What MPPI remembers from tick to tick.
@@ -89,13 +92,19 @@ class MPPI:
 
     Without ``cost`` it is the distance to the reference, which moves on at its velocity over the
     horizon, and the nearness of circles: ``w_x e_x^2 + w_y e_y^2 + 2 w_psi (1 - cos e_psi)``, and
-    for each circle ``w_near (1 - d / clearance)^2`` where its edge is nearer than the clearance.
+    for each circle ``w_near n^2``. With d from its centre, R = radius + clearance, ::
+
+        n = max(0, (R ^ 2 - d ^ 2) / (R ^ 2 - radius ^ 2))
+
+    falls from 1 at its edge to 0 at the clearance; inside of the circle n^2 counts as 100. These
+    costs are taken from where the robot is, so that "float32" holds on maps of any size.
 
     Args:
         robot: the robot.
         cost: in place of that, a function (t, pose, command, parameters) -> number as in
             ``CostSum``; t counts from the tick, and the parameters are the reference's position
-            and velocity (6), then one's own.
+            and velocity (6), then one's own. It is given positions in the inertial frame as they
+            are: far from the origin, a kilometre or more, take "float64".
         samples: K.
         horizon: T, how many steps each looks ahead.
         dt: length of these steps [s].
@@ -109,7 +118,8 @@ class MPPI:
         parameters: (k,) of one's own cost.
         max_twist: (3,) largest u, v, r [m/s, m/s, rad/s], beside the limits of the wheels.
         hold: h, over how many steps noise is held.
-        seed: of the noise; the same seed gives the same commands on any number of threads.
+        seed: of the noise, below 2^64; the same seed gives the same commands on any number of
+            threads.
         dtype: "float32" or "float64", of the rollouts.
         device: "cpu", "numpy", or "auto".
 
@@ -157,6 +167,8 @@ class MPPI:
         for name in ("samples", "horizon", "hold"):
             _whole(getattr(self, name), name, 1)
         _whole(self.seed, "seed", 0)
+        if self.seed >= 2**64:
+            raise TrundleError(f"seed must be below 2**64, got {self.seed}")
         for name in ("dt", "temperature", "clearance", "near"):
             _positive(getattr(self, name), name)
         numbers = {
@@ -181,7 +193,12 @@ class MPPI:
     def step(
         self, state: Plan | None, measurement: Measurement, reference: Reference
     ) -> tuple[Array, Plan]:
-        """Return the twist (u, v, r) in the body frame, and the plan."""
+        """Return the twist (u, v, r) in the body frame, and the plan.
+
+        Raises:
+            TrundleError: what is measured or wanted is not finite, or a cost; or the state is that
+                of another horizon.
+        """
         spare = self._prepared.spare
         room = spare.pop() if spare else self._room()
         _, plan = self._choose(room, state, measurement, reference)
@@ -215,31 +232,54 @@ class MPPI:
         self, room: Any, state: Plan | None, measurement: Measurement, reference: Reference
     ) -> tuple[tuple[Array, Array], Plan]:
         """Fill the room (T, 3, K) with samples; return costs and weights (K,), and the plan."""
-        now, prepared = float(measurement.t), self._prepared
+        (now, pose), prepared = _measured(measurement), self._prepared
         twists, tick = self._go_on(state, now)
-        prepared.sampler.fill(room, twists, self.sigma, hold=self.hold, seed=self.seed, stream=tick)
-        goal = self._goal(reference)
-        made = prepared.rollout(room, pose=measurement.pose, parameters=goal)
+        seed = int(self.seed)
+        prepared.sampler.fill(room, twists, self.sigma, hold=self.hold, seed=seed, stream=tick)
+        # Seen from the robot, so that floats have no large coordinates to be rounded at.
+        origin = np.array([*pose[:2], 0.0]) if self.cost is None else np.zeros(3)
+        goal = self._goal(reference, origin)
+        made = prepared.rollout(room, pose=pose - origin, parameters=goal)
         cost = np.asarray(made.reduced, dtype=np.float64)
         flat = room.reshape(3 * self.horizon, self.samples)
-        least = cost + self.temperature * self._effort(twists, flat)
-        weights = np.exp((least.min() - least) / self.temperature)
-        weights /= weights.sum()
+        weights = self._weights(cost, self._effort(twists, flat))
         mean = (flat @ weights.astype(flat.dtype)).astype(np.float64).reshape(twists.shape)
         mean[0] = prepared.sampler.bounded(mean[0])
         return (cost, weights), Plan(mean, tick + 1, now)
+
+    def _weights(self, cost: Array, effort: Array) -> Array:
+        """Return each sample's share (K,) in the plan."""
+        temperature = float(self.temperature)
+        with np.errstate(over="ignore", invalid="ignore"):  # told below, or clipped
+            total = cost + temperature * effort
+            if not np.isfinite(total).all():
+                k = int(np.flatnonzero(~np.isfinite(total))[0])
+                raise TrundleError(f"the cost of sample {k} is no finite number: {total[k]}")
+            above = np.minimum(total - total.min(), _NOTHING * temperature)
+        weights = np.exp(-above / temperature)
+        return np.asarray(weights / weights.sum())
 
     def _effort(self, twists: Array, flat: Any) -> Array:
         """Return the sum (K,) over all steps of u^T Sigma^-1 (v - u) / hold."""
         variance = np.square(self.sigma)
         price = np.divide(1.0 / self.hold, variance, out=np.zeros(3), where=variance > 0)
-        scaled = twists * price
-        return np.asarray(scaled.ravel().astype(flat.dtype) @ flat - (scaled * twists).sum())
+        with np.errstate(over="ignore", invalid="ignore"):  # told with the costs
+            scaled = twists * price
+            return np.asarray(scaled.ravel().astype(flat.dtype) @ flat - (scaled * twists).sum())
 
     def _go_on(self, state: Plan | None, now: float) -> tuple[Array, int]:
         """Return the plan (T, 3) from now on, its last twist held, and its number."""
         if state is None:
             return np.zeros((self.horizon, 3)), 0
+        if not isinstance(state, Plan):
+            raise TrundleError(f"state must be the Plan of the last step, or None, got {state!r}")
+        if np.shape(state.twists) != (self.horizon, 3):
+            raise ShapeError(
+                f"the state is a plan of another horizon: its twists must be ({self.horizon}, 3), "
+                f"got {np.shape(state.twists)}"
+            )
+        finite(state.twists, "the plan's twists")
+        finite(state.t, "the plan's time")
         at = np.arange(self.horizon) + max(now - state.t, 0.0) / self.dt
         last = self.horizon - 1
         before = np.minimum(at.astype(np.intp), last)
@@ -247,21 +287,21 @@ class MPPI:
         after = np.minimum(before + 1, last)
         return (1.0 - share) * state.twists[before] + share * state.twists[after], state.tick
 
-    def _goal(self, reference: Reference) -> Array:
-        """Return the parameters of the cost."""
+    def _goal(self, reference: Reference, origin: Array) -> Array:
+        """Return the parameters of the cost, as seen from an origin (x, y, 0)."""
         goal = finite(reference.position, "reference position", 3)
         rate = finite(reference.velocity, "reference velocity", 3)
         if self.cost is not None:
             return np.concatenate([goal, rate, np.asarray(self.parameters)])
-        weights, circles = np.asarray(self.weights), np.asarray(self.obstacles)
-        return goal_parameters(goal, rate, weights, self.near, self.clearance, circles)
+        weights, circles = np.asarray(self.weights), np.asarray(self.obstacles) - origin
+        return goal_parameters(goal - origin, rate, weights, self.near, self.clearance, circles)
 
     def _room(self) -> Any:
         return np.empty((self.horizon, 3, self.samples), self.dtype)
 
     def _prepare(self) -> _Prepared:
         at_rest = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
-        goal = self._goal(at_rest)
+        goal = self._goal(at_rest, np.zeros(3))
         cost = GoalCost(goal) if self.cost is None else CostSum(self.cost, parameters=goal)
         ready = compile_rollout(
             self.robot, Stream.wheels_first(twist=np.zeros_like(self._room())), dt=self.dt,
@@ -270,6 +310,14 @@ class MPPI:
         most = None if self.max_twist is None else np.asarray(self.max_twist)
         sampler = TwistSampler.of(self.robot, most, self.dtype, self.device)
         return _Prepared(sampler=sampler, rollout=ready, spare=[])
+
+
+def _measured(measurement: Measurement) -> tuple[float, Array]:
+    """Return time and pose (3,)."""
+    now, pose = finite(measurement.t, "measured time"), finite(measurement.pose, "measured pose", 3)
+    if now.ndim or pose.ndim != 1:
+        raise ShapeError(f"one time and one pose (3,) are measured, got {now.shape}, {pose.shape}")
+    return float(now), pose
 
 
 def _whole(value: object, name: str, least: int) -> None:

@@ -266,6 +266,9 @@ def _with_step(parameters: Numbers, dt: float) -> Numbers:
 
 def _chords(motion: Linear, constants: Numbers, given: Numbers) -> Numbers:
     """Return the chords (1, 3, N) of commands that do not change, and half their turns."""
+    count, own = given.shape[2], constants.shape[1] if constants.ndim == 2 else 1
+    if 1 not in (count, own) and count != own:
+        raise ShapeError(f"commands have {count} robots, and what robots differ in has {own}")
     rows = constants.reshape(3, motion.count, *constants.shape[1:])
     chord = CHORDS[motion.method](array_arithmetic("float64"), lambda function: function)
     # What is no number is told afterwards, of chords as of all commands.

@@ -26,6 +26,8 @@ from trundle.simulation.rollout.saving import Every
 
 _DTYPES = ("float64", "float32")
 _WORTH_HOLDING = 8
+# As many as the counter of the random numbers tells apart.
+_MOST_STEPS = 2**32
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,6 +181,8 @@ def _steps(commands: Commands, driven: Drive, steps: int | None) -> int:
         if rows is None:
             raise TrundleError("give steps: these commands do not tell how long they last")
         return rows
+    if steps > _MOST_STEPS:
+        raise TrundleError(f"steps must be at most {_MOST_STEPS:g}, got {steps:g}")
     if rows is not None and rows != steps and not (steps == 0 and rows == 1):
         raise ShapeError(f"steps is {steps}, and the commands have rows for {rows} steps")
     return int(steps)

@@ -60,8 +60,11 @@ def as_read(function: Function, m: Arithmetic, jit: Jit = lambda made: made) -> 
         m: the reader's functions.
         jit: the reader's compiler, for the functions that it calls.
     """
-    ours = {f: getattr(m, name) for name, each in _NAMES.items() for f in each}
-    names = {name: getattr(m, name) for name in _NAMES}
+    sqrt = m.sqrt
+    hypot = jit(lambda x, y: sqrt(x * x + y * y))  # a call into a library makes no vectors
+    names = {**{name: getattr(m, name) for name in _NAMES}, "hypot": hypot}
+    ours: dict[Any, Any] = {f: names[name] for name, each in _NAMES.items() for f in each}
+    ours |= {math.hypot: hypot, np.hypot: hypot}
     known: dict[Any, Any] = {**ours, math: _module(math, names), np: _module(np, names)}
     begun: set[Function] = set()  # a function that calls itself is left as it is
 
@@ -162,7 +165,7 @@ def _try_out(law: Any, name: str, count: int, parameters: int, m: Arithmetic) ->
         law.compile(takes)
     except Exception as error:
         raise TrundleError(
-            f"policy {name!r} cannot be compiled: {_reason(error)}; device='numpy' reads any Python"
+            f"policy {name!r} cannot be compiled: {reason_of(error)}; device='numpy' reads any Python"
         ) from error
     given = law.overloads[takes].signature.return_type
     plain = numba_types.Integer, numba_types.Float, numba_types.Boolean
@@ -172,7 +175,7 @@ def _try_out(law: Any, name: str, count: int, parameters: int, m: Arithmetic) ->
         raise TrundleError(_unlike(name, count, f"({', '.join(map(str, given))})"))
 
 
-def _reason(error: Exception) -> str:
+def reason_of(error: Exception) -> str:
     """Return what numba says, without the steps in which it found that out."""
     told = (line.strip() for line in str(error).splitlines())
     lines = [line for line in told if line and not line.startswith(("Failed in", "During", "File"))]
