@@ -165,7 +165,8 @@ def _try_out(law: Any, name: str, count: int, parameters: int, m: Arithmetic) ->
         law.compile(takes)
     except Exception as error:
         raise TrundleError(
-            f"policy {name!r} cannot be compiled: {reason_of(error)}; device='numpy' reads any Python"
+            f"policy {name!r} cannot be compiled: {reason_of(error)}; device='numpy' reads any "
+            "Python"
         ) from error
     given = law.overloads[takes].signature.return_type
     plain = numba_types.Integer, numba_types.Float, numba_types.Boolean

@@ -176,9 +176,9 @@ class PreparedRollout:
         whole = 0 < plan.steps <= self._at_once and not plan.every and self._reducer is None
         # How commands are read, where nothing else needs to be done about them.
         self._simple: Callable[[Numbers, str], Numbers] | None = None
-        if isinstance(commands, Given) and commands.steering is None:
-            if whole and self._poses and plan.drive.arrange is as_is:
-                self._simple = commands.read
+        plain = whole and self._poses is not None and plan.drive.arrange is as_is
+        if plain and isinstance(commands, Given) and commands.steering is None:
+            self._simple = commands.read
 
     def __call__(
         self,
