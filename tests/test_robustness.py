@@ -265,6 +265,17 @@ def test_odometry_is_right_or_says_what_it_cannot_see(
     np.testing.assert_allclose(given_back, found.twist, atol=1e-9 * condition * size)
 
 
+def test_wheels_that_all_but_coincide_do_not_lead_the_search_astray() -> None:
+    """A search for steering angles once ended in numbers that were none, and in a traceback."""
+    wheels = (
+        FixedWheel(name="0", x=0.5, y=0.0, driven=False, radius=0.5),
+        FixedWheel(name="1", x=0.0, y=0.0, driven=False, radius=0.5, heading=math.pi / 2),
+        SteeredWheel(name="2", x=0.5, y=1e-12, driven=False, radius=0.5),
+    )
+    found = Kinematics(Robot(name="any", wheels=wheels)).inverse([0.0, 0.0, 1.0])
+    assert np.isfinite(np.concatenate([found.twist, found.steering])).all()
+
+
 # ---- files: what is written comes back -----------------------------------------------------
 
 texts = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=12)

@@ -70,7 +70,9 @@ def _search(
         constraints={"type": "eq", "fun": slip},
         options={"ftol": 1e-14, "maxiter": 200},
     )
-    return np.asarray(np.clip(found.x[:g], low, high))
+    # Where wheels all but coincide, the search may lose itself in numbers that are none.
+    inputs = np.where(np.isfinite(found.x[:g]), found.x[:g], first)
+    return np.asarray(np.clip(inputs, low, high))
 
 
 def _best_twist(robot: Robot, asked: Array, to_point: Array, inputs: Array) -> Array:
