@@ -20,6 +20,11 @@ Function = Callable[..., Any]
 Jit = Callable[[Function], Function]
 
 
+def as_is(given: Any) -> Any:
+    """Return what is given: the compiler of the readers that have none."""
+    return given
+
+
 class Arithmetic(NamedTuple):
     """Elementary functions, and the type that constants need: a double would widen a float."""
 
@@ -129,7 +134,7 @@ _COSINE = {
 _PI_REST = {"float32": -8.742278000372475e-8, "float64": 1.2246467991473532e-16}
 # Added and taken off again, it rounds to a whole number, whose last bits are those of the sum.
 _ROUNDER = {"float32": 1.5 * 2.0**23, "float64": 1.5 * 2.0**52}
-# Up to this square of the argument, an eighth of a turn short of a half, sinc is one polynomial.
+# Up to this square of half a step's turn, just short of (pi / 2)^2, sinc is one polynomial.
 LARGEST_SQUARE = 2.46
 
 # Coefficients of 2 artanh(t) / t in t^2, for t of at most (sqrt 2 - 1) / (sqrt 2 + 1).

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trundle.simulation.arithmetic import Function, array_arithmetic
+from trundle.simulation.arithmetic import Function, array_arithmetic, as_is
 from trundle.simulation.rollout.loop import DONE, LOST, Arguments
 from trundle.simulation.rollout.random import make_normals
 from trundle.simulation.rollout.recipe import Recipe, make_advance
@@ -19,15 +19,11 @@ from trundle.simulation.rollout.written import constants
 _BLOCK = 8192
 
 
-def _as_is(function: Any) -> Any:
-    return function
-
-
 @cache
 def _parts(recipe: Recipe) -> tuple[Function, Function, Function | None]:
     m = array_arithmetic(recipe.dtype)
-    normals = make_normals(recipe.noise, m, _as_is) if recipe.noisy else None
-    return make_advance(recipe, m, _as_is), constants(recipe.own), normals
+    normals = make_normals(recipe.noise, m, as_is) if recipe.noisy else None
+    return make_advance(recipe, m, as_is), constants(recipe.own), normals
 
 
 def run(recipe: Recipe, given: Arguments) -> int:

@@ -179,7 +179,7 @@ def _compiled(recipe: Recipe) -> Function:
             )  # fmt: skip
         if too_far:
             return TOO_FAR
-        # Here numbers may be none: the blocks' code takes it that they are.
+        # What is no number stays none: it is enough to look once, when all steps are made.
         for k in range(3):
             for i in range(lo, hi):
                 if not math.isfinite(state[k, i]):

@@ -90,7 +90,7 @@ def has_numba() -> bool:
 @cache
 def _tell_how() -> None:
     warnings.warn(
-        f"rollouts run in numpy, some twenty times slower than compiled: {_INSTALL}",
+        f"rollouts run in numpy, ten or more times slower than compiled: {_INSTALL}",
         SpeedWarning,
         stacklevel=4,
     )

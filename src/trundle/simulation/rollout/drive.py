@@ -14,7 +14,7 @@ from trundle.errors import ShapeError, TrundleError
 from trundle.kinematics import mobility, motion_projector, motion_space, wheel_matrix
 from trundle.robot import Robot
 from trundle.se2 import Array
-from trundle.simulation.arithmetic import Arithmetic, Function, Jit, array_arithmetic
+from trundle.simulation.arithmetic import Arithmetic, Function, Jit, array_arithmetic, as_is
 from trundle.simulation.rollout.commands import Commands, Given, Policy
 from trundle.simulation.rollout.loop import Numbers
 from trundle.simulation.rollout.motions import CHORDS, Chord, Linear, Motion, Values
@@ -24,11 +24,6 @@ from trundle.simulation.rollout.steered import check_centres, steered_motion
 from trundle.simulation.rollout.tracking import Tracking, plant_for
 from trundle.simulation.rollout.varied import batch_of, vary
 from trundle.simulation.rollout.written import converted
-
-
-def as_is(values: Numbers) -> Numbers:
-    """Return values as they are."""
-    return values
 
 
 class Drive(NamedTuple):
@@ -270,7 +265,7 @@ def _chords(motion: Linear, constants: Numbers, given: Numbers) -> Numbers:
     if 1 not in (count, own) and count != own:
         raise ShapeError(f"commands have {count} robots, and what robots differ in has {own}")
     rows = constants.reshape(3, motion.count, *constants.shape[1:])
-    chord = CHORDS[motion.method](array_arithmetic("float64"), lambda function: function)
+    chord = CHORDS[motion.method](array_arithmetic("float64"), as_is)
     # What is no number is told afterwards, of chords as of all commands.
     with np.errstate(all="ignore"):
         dx, dy, half = np.einsum("ij...,j...->i...", rows, given[0].astype(np.float64))

@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 
 from trundle.errors import TrundleError
-from trundle.simulation.arithmetic import Arithmetic, Function, Jit
+from trundle.simulation.arithmetic import Arithmetic, Function, Jit, as_is
 from trundle.simulation.rollout.motions import Values
 
 _NAMES = {
@@ -47,7 +47,7 @@ def plain_function(function: object, takes: str) -> types.FunctionType:
     return plain
 
 
-def as_read(function: Function, m: Arithmetic, jit: Jit = lambda made: made) -> Function:
+def as_read(function: Function, m: Arithmetic, jit: Jit = as_is) -> Function:
     """Return a user's function in which sines and the like are those of a reader.
 
     So that ``math.sin`` and ``numpy.sin`` alike become vectors on the processor, read arrays in

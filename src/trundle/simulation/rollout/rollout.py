@@ -12,9 +12,9 @@ import numpy.typing as npt
 from trundle.errors import ShapeError, TrundleError
 from trundle.kinematics import finite
 from trundle.robot import Robot
+from trundle.simulation.arithmetic import as_is
 from trundle.simulation.rollout import devices
 from trundle.simulation.rollout.commands import Commands, Given, numbers
-from trundle.simulation.rollout.drive import as_is
 from trundle.simulation.rollout.loop import DONE, LOST, TOO_FAR, Arguments, Numbers
 from trundle.simulation.rollout.memory import ask_for
 from trundle.simulation.rollout.plan import Plan, as_type, make_plan, seed_key
@@ -145,15 +145,13 @@ def compile_rollout(
         robot, commands, dt=dt, steps=steps, pose=start, method=method, save=save, dtype=dtype,
         parameters=parameters or {},
     )  # fmt: skip
-    return PreparedRollout(plan, commands, start, save, devices.choose(device))
+    return PreparedRollout(plan, commands, start, devices.choose(device))
 
 
 class PreparedRollout:
     """A rollout made ready by ``compile_rollout``."""
 
-    def __init__(
-        self, plan: Plan, commands: Commands, pose: Numbers | None, save: object, device: str
-    ) -> None:
+    def __init__(self, plan: Plan, commands: Commands, pose: Numbers | None, device: str) -> None:
         self._plan, self._commands, self._device = plan, commands, device
         self._moving, self._dtype = int(plan.moving), np.dtype(plan.recipe.dtype)
         self._between = plan.dt * (plan.every or plan.steps)
@@ -236,21 +234,18 @@ class PreparedRollout:
             )
         return self._result(state, kept, out, moments)
 
-    def _at_once_done(self, commands: object, pose: object) -> Rollouts | None:
-        """Return where the robots go, where no more than arrays as expected is asked for; or None.
+    def _at_once_done(self, commands: object, pose: npt.ArrayLike | None) -> Rollouts | None:
+        """Return where the robots go, where commands come as expected; or None.
 
         This is what a control loop calls; to look more closely takes longer than to move.
         """
-        if not (isinstance(commands, np.ndarray) and isinstance(pose, np.ndarray)):
-            return None
-        if commands.dtype != self._dtype or pose.dtype.kind != "f" or pose.shape != self._poses:
+        if not isinstance(commands, np.ndarray) or commands.dtype != self._dtype:
             return None
         plan = self._plan
         values = self._simple(commands, "commands")  # type: ignore[misc]
         if values.shape != plan.commands.shape:
             return None
-        state = self._start.copy()
-        state[:3] = pose.T
+        state = self._read_start(pose)
         given = Arguments(
             0, plan.steps, values, self._moving, self._shared, self._own, plan.table, plan.key,
             state, 0, self._nothing, self._no_sums, 0,
@@ -258,8 +253,7 @@ class PreparedRollout:
         if self._run(given) != DONE:
             return None
         final = state[:3]
-        pose = final.T
-        return Rollouts(pose, final, pose, self._between, None, self._device)
+        return Rollouts(final.T, final, final.T, self._between, None, self._device)
 
     def _advance(
         self,

@@ -16,6 +16,7 @@ from trundle.simulation.arithmetic import (
     PLAIN,
     Function,
     array_arithmetic,
+    as_is,
     compiled_arithmetic,
     number_and_integer,
 )
@@ -102,11 +103,7 @@ class TwistSampler:
 
 @cache
 def _plain(bounds: Bounds) -> Function:
-    return bounds.make(PLAIN, _as_is)
-
-
-def _as_is(function: Any) -> Any:
-    return function
+    return bounds.make(PLAIN, as_is)
 
 
 def _fill_arrays(
@@ -114,7 +111,7 @@ def _fill_arrays(
     hold: int,
 ) -> None:  # fmt: skip
     m = array_arithmetic(out.dtype.name)
-    normals, leave = make_normals(_FOUR, m, _as_is), bounds.make(m, _as_is)
+    normals, leave = make_normals(_FOUR, m, as_is), bounds.make(m, as_is)
     samples = np.arange(out.shape[2], dtype=np.uint32)
     noise: Any = ()
     for t, wanted in enumerate(plan):

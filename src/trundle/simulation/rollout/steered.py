@@ -70,22 +70,13 @@ class Steered:
         """Return (state, command, constants) -> the new state, and half of the step's turn."""
         chord, move = CHORDS[self.method](m, jit), make_move(m, jit, compensated)
         sums = self._make_sums(0, m, jit)
+        adjugate, trace = jit(_adjugate), jit(_trace)
 
         def step(state: Values, command: Values, constants: Values) -> tuple[Values, Any]:
             b, A, S = sums(command, constants)
-            # adj(S), symmetric: xx, xy, xz, yy, yz, zz.
-            xx, xy, xz = (
-                S[3] * S[5] - S[4] * S[4],
-                S[2] * S[4] - S[1] * S[5],
-                S[1] * S[4] - S[2] * S[3],
-            )
-            yy, yz, zz = (
-                S[0] * S[5] - S[2] * S[2],
-                S[1] * S[2] - S[0] * S[4],
-                S[0] * S[3] - S[1] * S[1],
-            )
-            both = xy * A[1] + xz * A[2] + yz * A[4]
-            seen = xx * A[0] + yy * A[3] + zz * A[5] + (both + both)
+            P = adjugate(S)
+            xx, xy, xz, yy, yz, zz = P
+            seen = trace(P, A)
             per = constants[0] / seen
             dx = per * (xx * b[0] + xy * b[1] + xz * b[2])
             dy = per * (xy * b[0] + yy * b[1] + yz * b[2])
@@ -145,6 +136,22 @@ class Steered:
         return jit(straight if self.steered[i] < 0 else turned)
 
 
+# Symmetric matrices are their upper halves: xx, xy, xz, yy, yz, zz.
+
+
+def _adjugate(S: Values) -> Values:
+    a, b, c, d, e, f = S
+    return (
+        d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b,
+    )  # fmt: skip
+
+
+def _trace(P: Values, A: Values) -> Any:
+    """Return the trace of a product."""
+    both = P[1] * A[1] + P[2] * A[2] + P[4] * A[4]
+    return P[0] * A[0] + P[3] * A[3] + P[5] * A[5] + (both + both)
+
+
 def _products(row: Values) -> Values:
     x, y, z = row
     return x * x, x * y, x * z, y * y, y * z, z * z
@@ -194,21 +201,11 @@ def steered_motion(robot: Robot, varied: Robot, dt: float, method: str) -> tuple
 
 def _check_driven(robot: Robot, S: Array, driven: Array, angles: Array) -> None:
     """Refuse angles (s, N) at which no driven wheel rolls along the motion that they leave."""
-    a, b, c, d, e, f = (S[:, i, j] for i, j in zip(*np.triu_indices(3), strict=True))
-    upper = [
-        d * f - e * e,
-        c * e - b * f,
-        b * e - c * d,
-        a * f - c * c,
-        b * c - a * e,
-        a * d - b * b,
-    ]
-    P = np.empty_like(S)
-    for each, i, j in zip(upper, *np.triu_indices(3), strict=True):
-        P[:, i, j] = P[:, j, i] = each
+    upper = np.triu_indices(3)
     A = np.swapaxes(driven, -1, -2) @ driven
-    along = np.trace(P @ A, axis1=-2, axis2=-1)
-    most = np.trace(P, axis1=-2, axis2=-1) * np.trace(A, axis1=-2, axis2=-1)
+    P, half_A = _adjugate(tuple(S[:, *upper].T)), tuple(A[:, *upper].T)
+    along = _trace(P, half_A)
+    most = (P[0] + P[3] + P[5]) * np.trace(A, axis1=-2, axis2=-1)
     if len(still := np.flatnonzero(along <= _STILL * most)):
         told = ", ".join(f"{angle:.6g}" for angle in np.degrees(angles[:, still[0]]))
         raise TrundleError(

@@ -6,11 +6,10 @@ functions that differ only in how many rows there are, are written out for the n
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-Function = Callable[..., Any]
+from trundle.simulation.arithmetic import Function
 
 
 @cache

@@ -83,27 +83,9 @@ def _make_lecture(evaluate: Function, write: Function, _: Jit) -> Function:
                 x, y, psi, u, v, r, x_dot, y_dot, c, s,
             )  # fmt: skip
             write(
-                notes,
-                k,
-                steps + 1,
-                x,
-                y,
-                psi,
-                u,
-                v,
-                r,
-                X,
-                Y,
-                Z,
-                e_x,
-                e_y,
-                e_psi,
-                c,
-                s,
-                w_x,
-                w_y,
-                w_z,
-            )
+                notes, k, steps + 1, x, y, psi, u, v, r, X, Y, Z, e_x, e_y, e_psi, c, s,
+                w_x, w_y, w_z,
+            )  # fmt: skip
             if k == steps:
                 break
             dt = dts[k]
@@ -146,27 +128,9 @@ def _make_semi_implicit(evaluate: Function, write: Function, jit: Jit) -> Functi
                 x, y, psi, u, v, r, c * u - s * v, s * u + c * v, c, s,
             )  # fmt: skip
             write(
-                notes,
-                k,
-                steps + 1,
-                x,
-                y,
-                psi,
-                u,
-                v,
-                r,
-                X,
-                Y,
-                Z,
-                e_x,
-                e_y,
-                e_psi,
-                c,
-                s,
-                w_x,
-                w_y,
-                w_z,
-            )
+                notes, k, steps + 1, x, y, psi, u, v, r, X, Y, Z, e_x, e_y, e_psi, c, s,
+                w_x, w_y, w_z,
+            )  # fmt: skip
             if k == steps:
                 break
             dt = dts[k]
@@ -204,27 +168,9 @@ def _make_rk4(evaluate: Function, write: Function, _: Jit) -> Function:
                 x, y, psi, u, v, r, c * u - s * v, s * u + c * v, c, s,
             )  # fmt: skip
             write(
-                notes,
-                k,
-                steps + 1,
-                x,
-                y,
-                psi,
-                u,
-                v,
-                r,
-                X,
-                Y,
-                Z,
-                e_x,
-                e_y,
-                e_psi,
-                c,
-                s,
-                w_x,
-                w_y,
-                w_z,
-            )
+                notes, k, steps + 1, x, y, psi, u, v, r, X, Y, Z, e_x, e_y, e_psi, c, s,
+                w_x, w_y, w_z,
+            )  # fmt: skip
             if k == steps:
                 break
             dt = dts[k]
