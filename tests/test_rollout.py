@@ -32,6 +32,7 @@ from trundle import (
     rollout,
     simulate,
 )
+from trundle.simulation.rollout import prepared as prepared_calls
 
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
 needs_numba = pytest.mark.skipif(not HAS_NUMBA, reason="numba is not installed")
@@ -540,9 +541,7 @@ def test_noise_is_the_same_compiled_and_cut_otherwise(monkeypatch):
     wanted = rollout(MECANUM, commands, dt=DT, device="numpy").pose
     got = rollout(MECANUM, commands, dt=DT, device="cpu").pose
     np.testing.assert_allclose(got, wanted, rtol=0, atol=10 * ROUNDING)
-    # The module, not the function of its name.
-    module = sys.modules[rollout.__module__]
-    monkeypatch.setitem(module._AT_ONCE, "cpu", 2 * COUNT)
+    monkeypatch.setitem(prepared_calls._AT_ONCE, "cpu", 2 * COUNT)
     cut = rollout(MECANUM, commands, dt=DT, device="cpu").pose
     np.testing.assert_array_equal(cut, got)
 
@@ -560,6 +559,25 @@ def test_a_prepared_call_takes_other_commands_and_starts(streamed, device):
         assert got.buffer is out
         np.testing.assert_allclose(got.pose, wanted[-1], rtol=0, atol=ROUNDING)
         np.testing.assert_array_equal(prepared().pose, np.zeros((COUNT, 3)))
+
+
+@each_device
+def test_a_quick_call_and_a_careful_one_give_the_same(device):
+    prepared = compile_rollout(MECANUM, Stream(np.zeros((1, 3, 4))), dt=DT, device=device)
+    speeds, pose = random_speeds(1, 3), starts()[:3]
+    careful = prepared(speeds, pose=pose, out=np.empty((3, 3))).pose
+    for given in (speeds, speeds.tolist()):
+        for start in (pose, pose.tolist(), pose.astype(np.float32).astype(float), pose[:, ::-1]):
+            wanted = prepared(speeds, pose=np.array(start), out=np.empty((3, 3))).pose
+            np.testing.assert_array_equal(prepared(given, pose=start).pose, wanted)
+    fast = np.full_like(speeds, 0.0)
+    fast[0, 0] = [-4000.0, 4000.0, -4000.0, 4000.0]  # more than half a turn in a step
+    wanted = rollout(MECANUM, Stream(fast), dt=DT, pose=pose, device="numpy").pose
+    for _ in range(2):
+        np.testing.assert_allclose(prepared(fast, pose=pose).pose, wanted, rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(prepared(speeds, pose=pose).pose, careful, rtol=0, atol=ROUNDING)
+    with pytest.raises(TrundleError, match="value 1 of robot 2 in step 0 is nan"):
+        prepared(np.where(np.arange(12).reshape(1, 3, 4) == 9, np.nan, speeds), pose=pose)
 
 
 def test_a_prepared_call_keeps_the_layout_of_its_commands(streamed):

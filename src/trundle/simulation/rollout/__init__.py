@@ -1,6 +1,7 @@
 """Rollouts of many robots: the same step, compiled and batched."""
 
 from trundle.simulation.rollout.commands import Constant, Policy, Stream
+from trundle.simulation.rollout.prepared import PreparedRollout
 from trundle.simulation.rollout.reducers import (
     Box,
     Collision,
@@ -16,12 +17,8 @@ from trundle.simulation.rollout.reducers import (
     Spread,
     Statistics,
 )
-from trundle.simulation.rollout.rollout import (
-    PreparedRollout,
-    Rollouts,
-    compile_rollout,
-    rollout,
-)
+from trundle.simulation.rollout.result import Rollouts
+from trundle.simulation.rollout.rollout import compile_rollout, rollout
 from trundle.simulation.rollout.sampling import TwistSampler
 from trundle.simulation.rollout.saving import Every
 from trundle.simulation.rollout.tracking import Tracking

@@ -235,7 +235,7 @@ def _rows(values: Numbers, name: str) -> Numbers:
     """Return (T, N, k) or (T, k) as (T, k, N or 1)."""
     if values.ndim not in (2, 3):
         raise ShapeError(f"a stream of {name} has shape (T, N, k) or (T, k), got {values.shape}")
-    return values[:, :, None] if values.ndim == 2 else np.swapaxes(values, 1, 2)
+    return values[:, :, None] if values.ndim == 2 else values.swapaxes(1, 2)
 
 
 def _whole(values: Numbers, name: str) -> Numbers:

@@ -131,7 +131,7 @@ def make_run(recipe: Recipe) -> Callable[[Arguments], int]:
 
     def run(given: Arguments) -> int:
         count, lanes = given.state.shape[1], len(given.sums)
-        small = count * given.steps < _WORTH_SHARING or count <= size
+        small = _is_small(recipe, count, given.steps)
         if small and lanes == 1:
             return loop(0, count, 0, *given)  # type: ignore[no-any-return]
         threads, blocks = 1 if small else thread_count(), -(-count // size)
@@ -147,6 +147,16 @@ def make_run(recipe: Recipe) -> Callable[[Arguments], int]:
         return TOO_FAR if TOO_FAR in ends else max(ends)
 
     return run
+
+
+def _is_small(recipe: Recipe, count: int, steps: int) -> bool:
+    """Whether a second thread would not help."""
+    return count * steps < _WORTH_SHARING or count <= block_size(recipe)
+
+
+def whole_loop(recipe: Recipe, count: int, steps: int) -> Function | None:
+    """Return the loop, where so much is best done in one piece: see ``devices``."""
+    return _compiled(recipe) if _is_small(recipe, count, steps) else None
 
 
 def lanes(recipe: Recipe, count: int) -> int:

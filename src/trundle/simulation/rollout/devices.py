@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from trundle.errors import SpeedWarning, TrundleError
+from trundle.simulation.arithmetic import Function
 from trundle.simulation.rollout.loop import Arguments
 from trundle.simulation.rollout.recipe import Recipe
 
@@ -53,6 +54,18 @@ def make_run(device: str, recipe: Recipe) -> Callable[[Arguments], int]:
     from trundle.simulation.rollout import arrays
 
     return partial(arrays.run, recipe)
+
+
+def whole_loop(device: str, recipe: Recipe, count: int, steps: int) -> Function | None:
+    """Return the compiled loop over the robots from lo to hi, where it is best run in one piece.
+
+    It takes lo, hi and a lane before the ``Arguments``, each by itself.
+    """
+    if device == "cpu":
+        from trundle.simulation.rollout import cpu
+
+        return cpu.whole_loop(recipe, count, steps)
+    return None
 
 
 def as_array(device: str, out: Any) -> Any:
