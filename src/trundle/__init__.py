@@ -1,5 +1,6 @@
 """Wheeled mobile robots: describe a robot by its wheels, get everything that follows."""
 
+from trundle.bridge import Bridge, SimulatedRobot
 from trundle.control import Controller
 from trundle.dynamics import Dynamics
 from trundle.errors import TrundleError
@@ -47,6 +48,7 @@ __all__ = [
     "BallWheel",
     "Body",
     "Box",
+    "Bridge",
     "CasterWheel",
     "Collision",
     "Constant",
@@ -70,6 +72,7 @@ __all__ = [
     "Robot",
     "Rollouts",
     "Run",
+    "SimulatedRobot",
     "Spread",
     "Statistics",
     "SteeredWheel",

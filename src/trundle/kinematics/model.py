@@ -70,6 +70,16 @@ class Kinematics:
         return InverseSolver(self.robot)
 
     @property
+    def feasible(self) -> Array:
+        """The map (3, 3) from a twist to the nearest one that some steering allows.
+
+        >>> from trundle import load
+        >>> Kinematics(load("differential")).feasible.round(12).tolist()
+        [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+        """
+        return self._solver.feasible
+
+    @property
     def W(self) -> Array:
         """The wheel configuration matrix (3, n): twist = W @ wheel_speeds.
 

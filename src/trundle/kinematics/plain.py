@@ -1,35 +1,50 @@
 """Kinematics for control loops: floats in, floats out, with the robot's constants written in.
 
-The functions are written as Python source from the same maps that numpy reads, with shared sums
+The functions are straight-line programs made of the same maps that numpy reads, with shared sums
 computed once, and compiled by Python itself: a call costs little more than its arithmetic.
 """
 
 from __future__ import annotations
 
 import inspect
-import itertools
-import math
+import re
 import textwrap
-from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from trundle import se2
-from trundle.kinematics.constraints import gains, rolling_matrix, side_slip_matrix
+from trundle.errors import TrundleError
+from trundle.kinematics.constraints import gains, robot_of, rolling_matrix, side_slip_matrix
+from trundle.kinematics.estimate import Estimate
 from trundle.kinematics.inverse import InverseSolver
+from trundle.kinematics.linear import RANK_TOLERANCE
 from trundle.kinematics.maps import estimator
-from trundle.robot import Robot
+from trundle.kinematics.steering import contact_velocities, couplings, motion_space
+from trundle.kinematics.straight import Code, Straight
+from trundle.robot import Robot, RollingWheel
 from trundle.se2 import Array
 
 _TWIST = ("u", "v", "r")
-# Coefficients that differ by this much of their size are one number, and one this small beside its
-# row is zero: the maps come from pseudo-inverses, whose last digits are rounding.
-_ROUNDING = 1e-14
-# A size this near to a short decimal is that decimal: a few units in the last place.
-_LAST_DIGIT = 1e-15
+_POSE = ("x", "y", "psi")
+_ROOT = re.compile(r"(\([^()]*\)) \*\* 0\.5")
+
+
+@dataclass(frozen=True)
+class StraightLines:
+    """The programs of one robot, without limits or checks: what Python runs and C prints.
+
+    Attributes:
+        inverse: (u, v, r) -> n wheel speeds [rad/s], then s steering angles [rad].
+        forward: n wheel speeds ``w0 ...``, then s angles ``s0 ...`` -> (u, v, r).
+        step: (x, y, psi), k increments of the sensed wheels ``w0 ...`` [rad], then s angles
+            ``s0 ...`` -> (x, y, psi), along the exact arc.
+    """
+
+    inverse: Straight
+    forward: Straight
+    step: Straight
 
 
 @dataclass(frozen=True)
@@ -48,48 +63,53 @@ class Plain:
     step: Callable[..., tuple[float, ...]]
 
 
-def bind(robot: Robot, solver: InverseSolver) -> Plain:
-    """Return the bound functions of a robot.
+def straight_lines(robot: Robot) -> StraightLines:
+    """Return the inverse, the forward map and the odometry step of a robot in straight lines.
 
-    Linked steering and the estimates of robots that steer go through the array functions.
+    Where the wheels do not tell a motion, at some angles or at all, it is taken as zero.
+
+    Raises:
+        TrundleError: linked steering allows only a curved family of twists, in which the nearest is
+            searched for; or skidding wheels slip in a way that depends on steering angles.
+
+    >>> from trundle import load
+    >>> lines = straight_lines(load("differential", radius=0.05, track=0.4))
+    >>> lines.forward.results
+    ('0.025 * (w0 + w1)', '0.0', '0.125 * (w1 - w0)')
     """
-    if robot.steered:
-        linked = any(wheel.steering_group is not None for wheel in robot.steered)
-        return Plain(
-            inverse=_from_arrays(solver) if linked else _steered_inverse(robot, solver),
-            forward=_steered_forward(robot),
-            step=_steered_step(robot),
-        )
-    return Plain(_inverse(robot, solver), _forward(robot), _step(robot))
+    solver = InverseSolver(robot_of(robot))
+    return StraightLines(_inverse(robot, solver), _forward(robot), _step(robot))
 
 
-def _inverse(robot: Robot, solver: InverseSolver) -> Callable[..., tuple[float, ...]]:
-    rolling = rolling_matrix(robot, robot.driven, np.zeros(0)) @ solver.feasible
-    code = _Code()
-    code.results = code.linear(rolling / gains(robot.driven)[:, None], _TWIST)
-    return code.compile("inverse", _TWIST)
+def bind(robot: Robot, solver: InverseSolver) -> Plain:
+    """Return the bound functions of a robot; what has no straight lines goes through the arrays."""
+    try:
+        inverse = _inverse(robot, solver).compile()
+    except TrundleError:
+        inverse = _inverse_of_arrays(solver)
+    try:
+        return Plain(inverse, _forward(robot).compile(), _step(robot).compile())
+    except TrundleError:
+        return Plain(inverse, _forward_of_arrays(robot), _step_of_arrays(robot))
 
 
-def _forward(robot: Robot) -> Callable[..., tuple[float, ...]]:
-    code, speeds = _Code(), _names("w", len(robot.driven))
-    code.results = code.linear(estimator(robot, robot.driven, np.zeros(0))[0], speeds)
-    return code.compile("forward", speeds)
+def _inverse(robot: Robot, solver: InverseSolver) -> Straight:
+    if not robot.steered:
+        code = Code()
+        rolling = rolling_matrix(robot, robot.driven, np.zeros(0)) @ solver.feasible
+        results = code.linear(rolling / gains(robot.driven)[:, None], _TWIST)
+        return code.program("inverse", _TWIST, results)
+    if any(wheel.steering_group is not None for wheel in robot.steered):
+        _check_linked(robot, solver.feasible)
+    return _steered_inverse(robot, solver)
 
 
-def _step(robot: Robot) -> Callable[..., tuple[float, ...]]:
-    code, turns = _Code(), _names("w", len(robot.sensed))
-    moved = code.linear(estimator(robot, robot.sensed, np.zeros(0))[0], turns)
-    code.lines += [f"{n} = {m}" for n, m in zip(("dx", "dy", "dpsi"), moved, strict=True)]
-    # The one motion step, written in place: a call would cost a fifth of the whole.
-    *lines, last = _body(se2.step)
-    code.lines += lines
-    code.results = [last.removeprefix("return ")]
-    return code.compile("step", ("x", "y", "psi", *turns))
+def _steered_inverse(robot: Robot, solver: InverseSolver) -> Straight:
+    """Return the inverse for wheels that steer: each along its contact velocity.
 
-
-def _steered_inverse(robot: Robot, solver: InverseSolver) -> Callable[..., tuple[float, ...]]:
-    """Return the inverse for wheels that steer alone: each along its contact velocity."""
-    code, straight = _Code(), np.zeros(len(robot.steered))
+    Of linked wheels the first is, and the others turn with it.
+    """
+    code, straight = Code(), np.zeros(len(robot.steered))
     plain = [wheel for wheel in robot.driven if not wheel.steers]
     rows = [
         rolling_matrix(robot, robot.steered, straight),
@@ -102,59 +122,98 @@ def _steered_inverse(robot: Robot, solver: InverseSolver) -> Callable[..., tuple
     along = [code.name(f"{value} + 0.0") for value in values[:count]]
     across = [code.name(f"{value} + 0.0") for value in values[count : 2 * count]]
     speeds = dict(zip((wheel.name for wheel in plain), values[2 * count :], strict=True))
-    for wheel, a, b in zip(robot.steered, along, across, strict=True):
-        speeds[wheel.name] = f"{float(1 / wheel.rows(0.0).gain)!r} * hypot({a}, {b})"
-    angles = [f"atan2({b}, {a})" for a, b in zip(along, across, strict=True)]
-    code.results = [*(speeds[wheel.name] for wheel in robot.driven), *angles]
-    return code.compile("inverse", _TWIST)
+    leaders, angles = _leaders(robot), list[str]()
+    for i, wheel in enumerate(robot.steered):
+        a, b, per = along[i], across[i], float(1 / wheel.rows(0.0).gain)
+        first, sign = leaders[i]
+        if first == i:
+            angles.append(code.name(f"atan2({b}, {a})"))
+            speeds[wheel.name] = f"{per!r} * hypot({a}, {b})"
+            continue
+        # A wheel that is turned with another may roll backwards.
+        angles.append(f"{sign}{angles[first]}")
+        c, s = code.name(f"cos({angles[first]})"), code.name(f"sin({angles[first]})")
+        speeds[wheel.name] = f"{per!r} * ({c} * {a} {sign or '+'} {s} * {b})"
+    results = [*(speeds[wheel.name] for wheel in robot.driven), *angles]
+    return code.program("inverse", _TWIST, results)
 
 
-def _from_arrays(solver: InverseSolver) -> Callable[..., tuple[float, ...]]:
-    def inverse(u: float, v: float, r: float) -> tuple[float, ...]:
-        found = solver.solve((u, v, r), limit=False)
-        return (*found.wheel_speeds.tolist(), *found.steering.tolist())
-
-    return inverse
-
-
-def _steered_forward(robot: Robot) -> Callable[..., tuple[float, ...]]:
-    n = len(robot.driven)
-
-    def forward(*values: float) -> tuple[float, ...]:
-        to_twist, _ = estimator(robot, robot.driven, np.array(values[n:]))
-        return tuple((to_twist @ values[:n]).tolist())
-
-    return forward
+def _leaders(robot: Robot) -> list[tuple[int, str]]:
+    """Return for each steered wheel the first of its group, and "-" where it turns against that."""
+    coupling = couplings(robot)
+    group = [int(np.flatnonzero(row)[0]) for row in coupling]
+    first = [int(np.flatnonzero(column)[0]) for column in coupling.T]
+    return [
+        (first[j], "-" if coupling[i, j] * coupling[first[j], j] < 0 else "")
+        for i, j in enumerate(group)
+    ]
 
 
-def _steered_step(robot: Robot) -> Callable[..., tuple[float, ...]]:
-    n = len(robot.sensed)
+def _check_linked(robot: Robot, feasible: Array) -> None:
+    """Refuse linked steering whose angles do not follow from the first wheels of the groups.
 
-    def step(x: float, y: float, psi: float, *values: float) -> tuple[float, ...]:
-        to_increment, _ = estimator(robot, robot.sensed, np.array(values[n:]))
-        return se2.step(x, y, psi, *(to_increment @ values[:n]).tolist())
+    Raises:
+        TrundleError: the twists that it allows are curved; or wheels of a group steer unequally, or
+            its first wheel may stand still where others move.
+    """
+    if not motion_space(robot)[1]:
+        raise TrundleError(
+            f"robot {robot.name!r}: its linked steering allows only a curved family of twists, in "
+            "which the nearest to the one asked is searched for: that takes more than a program in "
+            "straight lines; wheels that steer alone, or ratios of 1 and -1 with a common line of "
+            "centres, have one"
+        )
+    velocity = contact_velocities(robot, feasible.T)
+    for i, (first, _) in enumerate(_leaders(robot)):
+        one, other = robot.steered[first], robot.steered[i]
+        if abs(one.steering_ratio) != abs(other.steering_ratio):
+            raise TrundleError(
+                f"robot {robot.name!r}: wheels {one.name!r} and {other.name!r} of one group steer "
+                "by different angles: that takes more than a program in straight lines"
+            )
+        pair = np.concatenate([velocity[:, first], velocity[:, i]], axis=-1)
+        ranks = [np.linalg.matrix_rank(part, tol=RANK_TOLERANCE) for part in (pair[:, :2], pair)]
+        if ranks[0] < ranks[1]:
+            raise TrundleError(
+                f"robot {robot.name!r}: wheel {one.name!r} may stand still where {other.name!r} of "
+                "its group moves, and does not tell the angle then: that takes more than a program "
+                "in straight lines"
+            )
 
-    return step
+
+def _forward(robot: Robot) -> Straight:
+    code, speeds = Code(), _names("w", len(robot.driven))
+    angles = _names("s", len(robot.steered))
+    return code.program("forward", speeds + angles, twist_lines(code, robot, robot.driven))
 
 
-def _names(letter: str, count: int) -> tuple[str, ...]:
-    return tuple(f"{letter}{i}" for i in range(count))
+def _step(robot: Robot) -> Straight:
+    code, turns = Code(), _names("w", len(robot.sensed))
+    moved = twist_lines(code, robot, robot.sensed)
+    results = step_lines(code, moved)
+    return code.program("step", (*_POSE, *turns, *_names("s", len(robot.steered))), results)
 
 
-def _without_rounding(matrix: Array) -> Array:
-    """Return a matrix in which sizes that differ by rounding are equal: 1.0, not 1 - 2e-16."""
-    largest = np.abs(matrix).max(axis=-1, keepdims=True, initial=0.0)
-    kept = np.where(np.abs(matrix) > _ROUNDING * largest, np.abs(matrix), 0.0)
-    sizes, at = np.unique(kept, return_inverse=True)
-    first = np.flatnonzero(np.diff(sizes, prepend=0.0) > _ROUNDING * sizes)
-    for group in np.split(sizes, first)[1:]:
-        middle = float(np.median(group))
-        decimal = float(f"{middle:.14g}")
-        group[:] = decimal if math.isclose(decimal, middle, rel_tol=_LAST_DIGIT) else middle
-    return np.asarray(np.copysign(sizes[at.reshape(matrix.shape)], matrix))
+def twist_lines(code: Code, robot: Robot, wheels: Sequence[RollingWheel]) -> list[str]:
+    """Return expressions for the twist from the speeds ``w0 ...`` at the angles ``s0 ...``."""
+    turns, angles = _names("w", len(wheels)), _names("s", len(robot.steered))
+    if not robot.steered:
+        return code.linear(estimator(robot, wheels, np.zeros(0))[0], turns)
+    return Estimate.of(robot, wheels).twist(code, turns, angles)
 
 
-def _body(function: Callable[..., Any]) -> list[str]:
+def step_lines(code: Code, moved: Sequence[str]) -> list[str]:
+    """Return expressions for the pose that an increment of the body leads to from (x, y, psi)."""
+    code.lines += zip(("dx", "dy", "dpsi"), moved, strict=True)
+    # The one motion step, written in place: a call would cost a fifth of the whole.
+    *lines, last = _body(se2.step)
+    for line in lines:
+        name, _, expression = line.partition(" = ")
+        code.lines.append((name, _ROOT.sub(r"sqrt\1", expression)))
+    return last.removeprefix("return ").split(", ")
+
+
+def _body(function: Callable[..., object]) -> list[str]:
     """Return the lines of a function whose body is straight-line code."""
     lines = textwrap.dedent(inspect.getsource(function)).splitlines()
     names = inspect.getclosurevars(function).globals
@@ -164,97 +223,33 @@ def _body(function: Callable[..., Any]) -> list[str]:
     return text
 
 
-@dataclass
-class _Code:
-    """Lines of straight-line Python, in which products and sums that recur are named once."""
+def _names(letter: str, count: int) -> tuple[str, ...]:
+    return tuple(f"{letter}{i}" for i in range(count))
 
-    lines: list[str] = field(default_factory=list)
-    results: list[str] = field(default_factory=list)
-    _named: dict[str, str] = field(default_factory=dict)
 
-    def name(self, expression: str) -> str:
-        """Return the name of an expression's value, computing it at most once."""
-        if expression.isidentifier():
-            return expression
-        if expression not in self._named:
-            self._named[expression] = f"t{len(self._named)}"
-            self.lines.append(f"{self._named[expression]} = {expression}")
-        return self._named[expression]
+def _inverse_of_arrays(solver: InverseSolver) -> Callable[..., tuple[float, ...]]:
+    def inverse(u: float, v: float, r: float) -> tuple[float, ...]:
+        found = solver.solve((u, v, r), limit=False)
+        return (*found.wheel_speeds.tolist(), *found.steering.tolist())
 
-    def linear(self, matrix: Array, inputs: Sequence[str]) -> list[str]:
-        """Return expressions for ``matrix @ inputs``.
+    return inverse
 
-        A factor that a whole row shares is taken out of it; other products are named, since
-        another row often needs them with the same or the other sign.
-        """
-        rows, factors = [], []
-        for row in _without_rounding(matrix).tolist():
-            sizes = {abs(coefficient) for coefficient in row if coefficient}
-            shared = sizes.pop() if len(sizes) == 1 else 1.0
-            factors.append(shared)
-            rows.append(self._terms([coefficient / shared for coefficient in row], inputs))
-        self._share_pairs(rows)
-        return [self._sum(terms, factor) for terms, factor in zip(rows, factors, strict=True)]
 
-    def _terms(self, row: Sequence[float], inputs: Sequence[str]) -> dict[str, int]:
-        """Return a row as named terms with their signs."""
-        terms = {}
-        for coefficient, name in zip(row, inputs, strict=True):
-            if size := abs(coefficient):
-                term = name if size == 1 else self.name(f"{size!r} * {name}")
-                terms[term] = 1 if coefficient > 0 else -1
-        return terms
+def _forward_of_arrays(robot: Robot) -> Callable[..., tuple[float, ...]]:
+    n = len(robot.driven)
 
-    def _share_pairs(self, rows: list[dict[str, int]]) -> None:
-        """Replace the pair of terms that most rows share, up to sign, until none recurs."""
-        while True:
-            pairs = Counter(
-                (a, b, row[a] * row[b])
-                for row in rows
-                for a, b in itertools.combinations(sorted(row), 2)
-            )
-            if not pairs or max(pairs.values()) < 2:
-                return
-            a, b, sign = max(pairs, key=pairs.__getitem__)
-            sharing = [row for row in rows if row.get(a, 0) * row.get(b, 0) == sign]
-            # Of a - b and b - a, the one that more rows add: the others subtract it.
-            if sum(row[b] - row[a] for row in sharing) > 0:
-                a, b = b, a
-            total = self.name(f"{a} {'+' if sign > 0 else '-'} {b}")
-            for row in sharing:
-                row[total] = row.pop(a)
-                del row[b]
+    def forward(*values: float) -> tuple[float, ...]:
+        to_twist, _ = estimator(robot, robot.driven, np.array(values[n:]))
+        return tuple((to_twist @ values[:n]).tolist())
 
-    def _sum(self, terms: dict[str, int], factor: float) -> str:
-        if not terms:
-            return "0.0"
-        if len(terms) == 1 and factor != 1:
-            [(term, sign)] = terms.items()
-            return f"{sign * factor!r} * {term}"
-        # A positive term goes first, where there is one: it needs no negation.
-        ordered = sorted(terms.items(), key=lambda each: -each[1])
-        text = "".join(f" {'+' if sign > 0 else '-'} {term}" for term, sign in ordered)
-        text = text[3:] if text.startswith(" + ") else f"-{text[3:]}"
-        if factor == 1:
-            return text
-        return f"{factor!r} * ({text})"
+    return forward
 
-    def compile(self, name: str, arguments: Sequence[str]) -> Callable[..., tuple[float, ...]]:
-        """Return the function of these arguments that runs the lines and returns the results."""
-        inner = [*self.lines, f"return ({''.join(f'{result}, ' for result in self.results)})"]
-        if len(self.results) == 1 and self.results[0].count(","):
-            inner[-1] = f"return {self.results[0]}"
-        source = "\n".join(
-            [
-                "def make(sin, cos, hypot, atan2):",
-                f"    def {name}({', '.join(arguments)}):",
-                *(f"        {line}" for line in inner),
-                f"    return {name}",
-            ]
-        )
-        scope: dict[str, Any] = {}
-        exec(source, scope)
-        made: Callable[..., tuple[float, ...]] = scope["make"](
-            math.sin, math.cos, math.hypot, math.atan2
-        )
-        return made
+
+def _step_of_arrays(robot: Robot) -> Callable[..., tuple[float, ...]]:
+    n = len(robot.sensed)
+
+    def step(x: float, y: float, psi: float, *values: float) -> tuple[float, ...]:
+        to_increment, _ = estimator(robot, robot.sensed, np.array(values[n:]))
+        return se2.step(x, y, psi, *(to_increment @ values[:n]).tolist())
+
+    return step

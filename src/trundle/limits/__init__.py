@@ -2,5 +2,16 @@
 
 from trundle.limits.demands import Demand
 from trundle.limits.feasibility import KEPT, Feasibility, feasibility
+from trundle.limits.ramp import STILL, Ramp, Twist, TwistLimits, limit_names
 
-__all__ = ["KEPT", "Demand", "Feasibility", "feasibility"]
+__all__ = [
+    "KEPT",
+    "STILL",
+    "Demand",
+    "Feasibility",
+    "Ramp",
+    "Twist",
+    "TwistLimits",
+    "feasibility",
+    "limit_names",
+]

@@ -4,6 +4,7 @@ from trundle.robot.catalog import CATALOG, from_catalog
 from trundle.robot.files import load, save, to_toml
 from trundle.robot.masses import TotalMass, missing_masses, total_mass
 from trundle.robot.motor import Encoder, Motor
+from trundle.robot.quantity import Quantity, check, quantity
 from trundle.robot.reading import robot_from_dict
 from trundle.robot.robot import Body, Robot
 from trundle.robot.wheels import (
@@ -39,6 +40,7 @@ __all__ = [
     "MecanumWheel",
     "Motor",
     "OmniWheel",
+    "Quantity",
     "RollingWheel",
     "Robot",
     "Rows",
@@ -46,10 +48,12 @@ __all__ = [
     "SwedishWheel",
     "TotalMass",
     "Wheel",
+    "check",
     "from_catalog",
     "json_schema",
     "load",
     "missing_masses",
+    "quantity",
     "robot_from_dict",
     "save",
     "to_toml",
