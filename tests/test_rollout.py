@@ -32,6 +32,7 @@ from trundle import (
     rollout,
     simulate,
 )
+from trundle.simulation.rollout import cpu
 from trundle.simulation.rollout import prepared as prepared_calls
 
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
@@ -544,6 +545,33 @@ def test_noise_is_the_same_compiled_and_cut_otherwise(monkeypatch):
     monkeypatch.setitem(prepared_calls._AT_ONCE, "cpu", 2 * COUNT)
     cut = rollout(MECANUM, commands, dt=DT, device="cpu").pose
     np.testing.assert_array_equal(cut, got)
+
+
+@needs_numba
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("count", [3, 1003, 5000])
+def test_poses_are_kept_alike_wherever_they_go(count, dtype):
+    """Large arrays are written past the caches, line by line: none is left out, none outside."""
+    speeds = random_speeds(1, count)[0]
+    prepared = compile_rollout(
+        MECANUM, Constant(speeds), dt=DT, steps=40, save=Every(2), dtype=dtype, device="cpu"
+    )
+    wanted = prepared().buffer
+    assert wanted.nbytes < cpu._BEYOND_CACHES
+    steps = 2 * -(-cpu._BEYOND_CACHES // wanted[0].nbytes)
+    large = compile_rollout(
+        MECANUM, Constant(speeds), dt=DT, steps=steps, save=Every(2), dtype=dtype, device="cpu"
+    )
+    size, untouched = 3 * count * (steps // 2 + 1), -1.5
+    for offset in (0, 1, 5, 15):
+        memory = np.full(size + 40, untouched, dtype)
+        out = memory[offset : offset + size].reshape(-1, 3, count)
+        large(out=out)
+        np.testing.assert_array_equal(out[: len(wanted)], wanted)
+        np.testing.assert_array_equal(out[-1], large().final.T)
+        assert (memory[:offset] == untouched).all()
+        assert (memory[offset + size :] == untouched).all()
+        assert not (out == untouched).any()
 
 
 # ---- the prepared call -----------------------------------------------------------------------

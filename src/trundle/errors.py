@@ -59,6 +59,10 @@ class StabilityWarning(UserWarning):
     """A simulated loop is unstable: its step is too long, or its gains are."""
 
 
+class GuessWarning(UserWarning):
+    """A robot's file leaves open what was then guessed; the message lists it."""
+
+
 def did_you_mean(given: object, known: Iterable[str]) -> str:
     """Return the end of a message that names the nearest known word, or "".
 

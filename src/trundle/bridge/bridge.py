@@ -66,7 +66,7 @@ class Bridge:
         counter_bits: int | None = 32,
         wheel_noise: float = 1e-4,
         steering_noise: float = 1e-4,
-        slip_threshold: float = 4.0,
+        slip_threshold: float = 5.0,
         max_interval: float = 0.1,
         without: Iterable[str] = (),
         **limits: float | None,

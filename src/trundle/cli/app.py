@@ -12,12 +12,14 @@ from rich.text import Text
 from trundle.cli import (
     derive,
     describe,
+    export,
     files,
     maps,
     replay,
     rollout,
     showcase,
     simulation,
+    teleop,
     tracking,
 )
 from trundle.cli.numbers import NumbersCommand
@@ -62,7 +64,9 @@ for command in (
     rollout.rollout,
     tracking.track,
     derive.derive,
+    export.export,
     replay.odometry,
+    teleop.teleop,
     showcase.demo,
 ):
     app.command(cls=NumbersCommand)(command)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -80,7 +81,7 @@ def init(
             f"--like takes a catalogue name: {', '.join(CATALOG)}; got {like!r}"
             f"{did_you_mean(like, CATALOG)}"
         )
-    if path.exists() and not force:
+    if os.path.lexists(path) and not force:
         raise FileError(f"{path} is there already: choose another name, or --force to overwrite it")
     robot = options.robot_of(like, sizes)
     written = [save(robot, path)]

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
+from rich.text import Text
 
 from trundle.cli.numbers import number, positive
-from trundle.errors import FileError, TrundleError
+from trundle.cli.output import err
+from trundle.errors import FileError, GuessWarning, TrundleError
 from trundle.robot import Robot, load
 from trundle.se2 import Array
 
 RobotName = Annotated[
-    str, typer.Argument(metavar="ROBOT", help="A catalogue name, or the path of a TOML file.")
+    str,
+    typer.Argument(metavar="ROBOT", help="A catalogue name, or the path of a TOML file or a URDF."),
 ]
 Sizes = Annotated[
     list[str] | None,
@@ -71,7 +75,12 @@ def robot_of(name: str, sizes: list[str] | None = None) -> Robot:
         if not equals:
             raise FileError(f"--set needs SIZE=VALUE, such as radius=0.1, got {item!r}")
         changes[key.strip()] = number(value)
-    return load(name, **changes)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GuessWarning)
+        robot = load(name, **changes)
+    for each in caught:
+        err.print(Text.assemble(("warning: ", "yellow"), str(each.message)))
+    return robot
 
 
 def steering_of(robot: Robot, degrees: list[float] | None) -> Array | None:

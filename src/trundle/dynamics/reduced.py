@@ -15,6 +15,7 @@ import numpy as np
 
 from trundle.dynamics.friction import coefficients, friction_torque
 from trundle.dynamics.planar import body_bias
+from trundle.errors import TrundleError
 from trundle.kinematics import (
     abreast,
     gains,
@@ -102,7 +103,16 @@ class Reduced(NamedTuple):
 
 
 def _inverted(matrix: Array, size: Array) -> Array:
-    """Return the pseudo-inverse of (..., k, n), without what is rounding beside a size (...,)."""
+    """Return the pseudo-inverse of (..., k, n), without what is rounding beside a size (...,).
+
+    Raises:
+        TrundleError: a number in it is beyond the largest float.
+    """
+    if not np.isfinite(matrix).all():
+        raise TrundleError(
+            "the robot's inertia is beyond the range of numbers: check mass, inertia and com of body "
+            "and wheels"
+        )
     left, values, right = np.linalg.svd(matrix, full_matrices=False)
     kept = values > REPEATED * np.maximum(size[..., None], values[..., :1])
     scaled = np.where(kept, 1.0, 0.0) / np.where(kept, values, 1.0)

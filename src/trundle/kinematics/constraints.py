@@ -150,16 +150,23 @@ def skid_matrices(robot: Robot, batch: tuple[int, ...] = ()) -> tuple[Array, Arr
     )
 
 
+# Wheels whose places differ by less than this share of their radius stand at one spot: no wheel is
+# placed so well, and with angles rounded to sixteen digits little would be left to see.
+_ONE_SPOT = 1e-9
+
+
 def frame(robot: Robot) -> Array:
     """Return the map (3, 3) to twists from coordinates in which a robot of any size looks alike.
 
     They are u and v of the wheels' centroid and the speed that yaw gives at the outermost wheel:
-    ranks that are decided there depend neither on the origin nor on the unit of length. Of wheels
-    whose places are batches, their means are taken.
+    ranks that are decided there depend neither on the origin nor on the unit of length. Wheels that
+    are all but at one spot have their radius in place of that distance. Of wheels whose places are
+    batches, their means are taken.
     """
     wheels = [wheel for wheel in robot.wheels if wheel.rows(0.0, np) != Rows()] or robot.wheels
     place = np.array([(np.mean(wheel.x), np.mean(wheel.y)) for wheel in wheels])
     x, y = place.mean(axis=0)
     far = float(np.hypot(*(place - (x, y)).T).max())
-    length = far or max(np.mean(getattr(wheel, "radius", None) or 1.0) for wheel in wheels)
+    size = max(float(np.mean(getattr(wheel, "radius", None) or 1.0)) for wheel in wheels)
+    length = far if far > _ONE_SPOT * size else size
     return np.array([[1.0, 0.0, y / length], [0.0, 1.0, -x / length], [0.0, 0.0, 1 / length]])

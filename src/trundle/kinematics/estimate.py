@@ -24,19 +24,15 @@ from trundle.kinematics.constraints import (
     side_slip_matrix,
     skid_matrices,
 )
-from trundle.kinematics.linear import RANK_TOLERANCE, null_projector, pseudo_inverse
+from trundle.kinematics.linear import null_projector, pseudo_inverse
 from trundle.kinematics.maps import holding_rows
-from trundle.kinematics.normal import Entries, normal_inverse
+from trundle.kinematics.normal import Entries, full_rank_rows, least_minors, normal_inverse
 from trundle.kinematics.straight import Code
 from trundle.robot import Robot, RollingWheel
 from trundle.se2 import Array
 
-# Where the measured wheels alone see every motion at least this well beside the best seen, the
-# normal equations lose at most six of sixteen digits, whatever the loose wheels' angles.
-_WELL_SEEN = 1e-3
 # Entries this small in unit vectors are rounding.
 _ROUNDING = 1e-14
-_UPPER = tuple(itertools.combinations_with_replacement(range(3), 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +99,8 @@ class Estimate:
             along=along,
             across=across,
             inverse=inverse,
-            reduced=_reduced(constant @ basis, int(seen - count)),
-            least=_least(constant, turning, basis, here),
+            reduced=full_rank_rows(constant @ basis, int(seen - count)),
+            least=least_minors(constant, turning, basis, here),
         )
 
     @property
@@ -263,33 +259,3 @@ def _tidy_basis(projector: Array, count: int) -> Array:
     basis[np.abs(basis) < _ROUNDING] = 0.0
     largest = np.take_along_axis(basis, np.abs(basis).argmax(axis=0)[None], axis=0)
     return np.asarray(basis * np.sign(largest))
-
-
-def _reduced(rows: Array, rank: int) -> Array:
-    """Return (rank, k) rows with the same normal matrix."""
-    normal = rows.T @ rows
-    sizes = np.diag(normal)
-    if np.abs(normal - np.diag(sizes)).max(initial=0.0) < _ROUNDING:
-        return np.asarray(np.diag(np.sqrt(sizes))[np.argsort(-sizes, kind="stable")[:rank]])
-    _, size, vectors = np.linalg.svd(rows)
-    return np.asarray(size[:rank, None] * vectors[:rank])
-
-
-def _least(constant: Array, turning: Array, basis: Array, here: Array) -> tuple[float, ...]:
-    """Return c_1 to c_k below which a motion is as good as unseen; none where all are seen well.
-
-    The array functions leave out singular values below a share of the largest, in the frame's
-    coordinates. There c_k has a factor; and at the limit it is at most the square of that share
-    times the k-th power of the trace.
-    """
-    k = basis.shape[1]
-    frame_basis, _ = np.linalg.qr(np.linalg.solve(here, basis))
-    factor = basis.T @ here @ frame_basis
-    size = np.linalg.svd(constant @ basis @ factor, compute_uv=False)
-    if (k == len(size) and size[-1] > _WELL_SEEN * size[0]) or k == 0:
-        return ()
-    share = RANK_TOLERANCE**2
-    rows = np.concatenate([constant, turning]) @ basis
-    lower = [share * float(np.sum(rows**2)) ** m for m in range(1, k)]
-    there = float(np.sum((rows @ factor) ** 2))
-    return (*lower, share * there**k / float(np.linalg.det(factor)) ** 2)

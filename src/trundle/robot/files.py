@@ -1,4 +1,4 @@
-"""Robots from TOML files and back."""
+"""Robots from files, TOML or URDF, and back to TOML."""
 
 from __future__ import annotations
 
@@ -6,21 +6,28 @@ import dataclasses
 import json
 import re
 import tomllib
+import warnings
 from pathlib import Path
 from typing import Any
 
-from trundle.errors import FileError, RobotError, did_you_mean
+from trundle.errors import FileError, GuessWarning, RobotError, did_you_mean
 from trundle.robot.catalog import CATALOG, from_catalog
 from trundle.robot.quantity import exact_degrees, key
 from trundle.robot.reading import robot_from_dict
 from trundle.robot.robot import Robot
 
+# A URDF, or what a program makes one of: that is told when it is read.
+_URDF = (".urdf", ".xacro", ".xml")
+
 
 def load(name_or_path: str | Path, **sizes: Any) -> Robot:
-    """Return a robot of the catalogue, or the robot that a TOML file describes.
+    """Return a robot of the catalogue, or the robot that a TOML file or a URDF describes.
+
+    A URDF that trundle wrote gives the same robot back. Another one gives the wheels that its
+    joints tell; a ``GuessWarning`` lists what a URDF cannot say.
 
     Args:
-        name_or_path: a catalogue name, or the path of a TOML file.
+        name_or_path: a catalogue name, or the path of a TOML file or of a URDF.
         sizes: for catalogue robots, sizes to change, such as ``radius=0.1`` [m].
 
     Raises:
@@ -36,14 +43,35 @@ def load(name_or_path: str | Path, **sizes: Any) -> Robot:
     if isinstance(name_or_path, str) and text in CATALOG:
         return from_catalog(text, **sizes)
     path = Path(name_or_path)
-    if path.name == text and path.suffix != ".toml" and not _is_there(path):
+    suffix = path.suffix.lower()
+    if path.name == text and suffix not in (".toml", *_URDF) and not _is_there(path):
         hint = did_you_mean(text, CATALOG) or "."
         raise FileError(
-            f"no robot {text!r}{hint} Give the path of a TOML file or one of {', '.join(CATALOG)}."
+            f"no robot {text!r}{hint} Give the path of a TOML file or one of {', '.join(CATALOG)}; "
+            "the name of a URDF ends in .urdf."
         )
     if sizes:
         raise FileError(f"{path}: sizes can be changed for catalogue robots; edit the file instead")
-    return _read(path)
+    if suffix not in _URDF:
+        return _read(path)
+    robot, unknown = _read_urdf(path)
+    if unknown:
+        told = "".join(f"\n  - {each}" for each in unknown)
+        warnings.warn(f"{path}: a URDF does not tell all of a robot{told}", GuessWarning, 2)
+    return robot
+
+
+def _read_urdf(path: Path) -> tuple[Robot, tuple[str, ...]]:
+    from trundle.robot.urdf import MOST_BYTES, read_urdf
+
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except ValueError as error:  # a name that no file can have
+        raise FileError(f"{str(path)!r}: cannot be read: {error}") from None
+    return read_urdf(data, str(path), path.stem)
 
 
 def _is_there(path: Path) -> bool:
