@@ -126,7 +126,7 @@ def random_cycles(case: Case, seed: int, count: int = CYCLES) -> list[Cycle]:
         us += GRID_US * int(random.choice([1, 1, 1, 2, 3, 12], p=[0.3, 0.3, 0.1, 0.1, 0.17, 0.03]))
         counts = counts + random.integers(-40, 60, len(counts))
         if random.random() < 0.03:
-            counts = counts + 20_000  # a counter that was reset
+            counts = counts + 3_000  # a counter that was reset
         command = steering = None
         # Commands stop for a while in the middle, until they are stale and the robot stands.
         if random.random() < 0.25 and not 0.45 < i / count < 0.75:

@@ -29,6 +29,7 @@ from trundle.simulation.arithmetic import (
 )
 from trundle.simulation.rollout import arrays, cpu
 from trundle.simulation.rollout import cuda as gpu
+from trundle.simulation.rollout.intrinsics import read_bits
 from trundle.simulation.rollout.loop import Arguments
 from trundle.simulation.rollout.motions import Chord, Linear
 from trundle.simulation.rollout.random import key_words, make_normals, make_threefry
@@ -466,7 +467,7 @@ def test_compiled_functions_are_those_that_numpy_reads(dtype):
     def part(function):
         return numba.njit(inline="always", fastmath=cpu.FAST, error_model="numpy")(function)
 
-    m = compiled_arithmetic(dtype, part, cpu.read_bits(), wide=True)
+    m = compiled_arithmetic(dtype, part, read_bits(), wide=True)
     sin, cos, sinc, log = m.sin, m.cos, m.sinc, m.log
 
     @numba.njit(error_model="numpy")

@@ -15,7 +15,16 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import trundle
-from catalogue import ROBOTS, all_reversed, each_robot, feasible_twists, kinematics, steering_for
+from catalogue import (
+    ROBOTS,
+    all_reversed,
+    each_robot,
+    feasible_twists,
+    kinematics,
+    steering_for,
+)
+from test_ros2_controllers import EQUATIONS
+from test_ros2_controllers import settings as controller_settings
 from trundle.errors import FileError, GuessWarning, RobotError, TrundleError
 from trundle.exchange import joint_names, urdf
 from trundle.robot import (
@@ -270,51 +279,6 @@ def test_a_positive_turn_drives_ahead_and_back_where_it_is_reversed(turned, sign
     assert rim.tolist() == [-0.1 * sign, 0.0, 0.0]  # ahead: the rim pushes the ground back
 
 
-# ---- the controllers of ROS 2 move it -------------------------------------------------------
-
-ONE_REVERSED = dataclasses.replace(
-    ROBOTS["differential"],
-    name="one_reversed",
-    wheels=tuple(
-        dataclasses.replace(wheel, reversed=True) if wheel.name == "right" else wheel
-        for wheel in ROBOTS["differential"].wheels
-    ),
-)
-
-
-@pytest.mark.parametrize(
-    ("robot", "twist"),
-    [
-        (ONE_REVERSED, (0.8, 0.0, 0.0)), (ONE_REVERSED, (0.0, 0.0, 1.3)),
-        (ONE_REVERSED, (-0.4, 0.0, 0.9)), (ROBOTS["omni4"], (0.8, 0.0, 0.0)),
-        (ROBOTS["omni4"], (0.0, -0.6, 0.0)), (ROBOTS["omni4"], (0.3, 0.7, -1.1)),
-        (ROBOTS["mecanum"], (0.3, 0.7, -1.1)), (every_second_reversed(ROBOTS["skid_steer"]),
-        (0.7, 0.0, 0.0)),
-    ],
-)  # fmt: skip
-def test_what_the_controller_commands_moves_the_urdf(robot: Robot, twist) -> None:
-    """The YAML's joints are the URDF's, and their speeds hold the contacts where the twist is."""
-    controller, parameters = controller_settings(robot)
-    speeds, _ = CONTROLLERS[controller](parameters, *twist)
-    text = urdf(robot)
-    frames = Frames(text)
-    control = ET.fromstring(text.encode()).find("ros2_control")
-    assert set(speeds) == {
-        each.get("name") for each in control if each.find("command_interface") is not None
-    }
-    rollers = {joint_names(robot)[w.name].wheel: getattr(w, "roller", None) for w in robot.wheels}
-    u, v, r = twist
-    for joint, speed in speeds.items():
-        axis, hub = frames.axle(joint, {})
-        down = np.array([0.0, 0.0, -frames.radius(joint)])
-        slip = np.array([u - r * hub[1], v + r * hub[0], 0.0]) + np.cross(speed * axis, down)
-        if rollers[joint] is not None:
-            turn = Rotation.from_rotvec([0.0, 0.0, rollers[joint]])
-            slip = np.array([turn.apply(np.cross(axis, [0.0, 0.0, 1.0])) @ slip])
-        assert abs(speed) > MOVES
-        assert np.linalg.norm(slip) == pytest.approx(0.0, abs=HALTS)
-
-
 def test_a_caster_trails_behind_its_pivot() -> None:
     caster = CasterWheel(name="c", x=-0.3, y=0.1, radius=0.04, trail=0.02, heading=math.pi / 2)
     frames = Frames(urdf(Robot(name="one", wheels=(caster,))))
@@ -369,6 +333,51 @@ def test_the_body_keeps_its_inertia_and_centre() -> None:
     assert part.find("origin").get("xyz").split()[:2] == ["0.03", "-0.02"]
 
 
+# ---- the controllers of ROS 2 move it -------------------------------------------------------
+
+ONE_REVERSED = dataclasses.replace(
+    ROBOTS["differential"],
+    name="one_reversed",
+    wheels=tuple(
+        dataclasses.replace(wheel, reversed=True) if wheel.name == "right" else wheel
+        for wheel in ROBOTS["differential"].wheels
+    ),
+)
+
+
+@pytest.mark.parametrize(
+    ("robot", "twist"),
+    [
+        (ONE_REVERSED, (0.8, 0.0, 0.0)), (ONE_REVERSED, (0.0, 0.0, 1.3)),
+        (ONE_REVERSED, (-0.4, 0.0, 0.9)), (ROBOTS["omni4"], (0.8, 0.0, 0.0)),
+        (ROBOTS["omni4"], (0.0, -0.6, 0.0)), (ROBOTS["omni4"], (0.3, 0.7, -1.1)),
+        (ROBOTS["mecanum"], (0.3, 0.7, -1.1)), (every_second_reversed(ROBOTS["skid_steer"]),
+        (0.7, 0.0, 0.0)),
+    ],
+)  # fmt: skip
+def test_what_the_controller_commands_moves_the_urdf(robot: Robot, twist) -> None:
+    """The YAML's joints are the URDF's, and their speeds hold the contacts where the twist is."""
+    controller, parameters = controller_settings(robot)
+    speeds, _ = EQUATIONS[controller](parameters, *twist)
+    text = urdf(robot)
+    frames = Frames(text)
+    control = ET.fromstring(text.encode()).find("ros2_control")
+    assert set(speeds) == {
+        each.get("name") for each in control if each.find("command_interface") is not None
+    }
+    rollers = {joint_names(robot)[w.name].wheel: getattr(w, "roller", None) for w in robot.wheels}
+    u, v, r = twist
+    for joint, speed in speeds.items():
+        axis, hub = frames.axle(joint, {})
+        down = np.array([0.0, 0.0, -frames.radius(joint)])
+        slip = np.array([u - r * hub[1], v + r * hub[0], 0.0]) + np.cross(speed * axis, down)
+        if rollers[joint] is not None:
+            turn = Rotation.from_rotvec([0.0, 0.0, rollers[joint]])
+            slip = np.array([turn.apply(np.cross(axis, [0.0, 0.0, 1.0])) @ slip])
+        assert abs(speed) > MOVES
+        assert np.linalg.norm(slip) == pytest.approx(0.0, abs=HALTS)
+
+
 # ---- <trundle>: what happens when the file is changed ---------------------------------------
 
 
@@ -386,9 +395,17 @@ def test_a_joint_that_is_moved_moves_the_wheel() -> None:
 
 
 def test_an_axis_that_is_turned_round_turns_the_wheel_round() -> None:
-    text = urdf(ROBOTS["omni4"]).replace('axis xyz="0 1 0"', 'axis xyz="0 -2 0"', 1)
+    text = urdf(ROBOTS["omni4"]).replace('axis xyz="0 -1 0"', 'axis xyz="0 2 0"', 1)
     first, given = read(text).wheels[0], ROBOTS["omni4"].wheels[0]
     assert math.remainder(first.heading - given.heading - math.pi, math.tau) == pytest.approx(0)
+    assert first.reversed is given.reversed is True
+
+
+def test_a_sign_that_is_changed_in_one_place_alone_turns_the_wheel_round() -> None:
+    text = changed(ONE_REVERSED, (' reversed="true"', ""))
+    assert [wheel.heading for wheel in read(text).wheels[:2]] == [0.0, -math.pi]
+    both = text.replace('axis xyz="0 -1 0"', 'axis xyz="0 1 0"')
+    assert read(both).wheels == ROBOTS["differential"].wheels
 
 
 @pytest.mark.parametrize(
@@ -598,7 +615,36 @@ def test_a_mecanum_base() -> None:
     assert [w.heading for w in robot.wheels] == pytest.approx([0.0] * 4, abs=WRITTEN)
     assert [w.max_speed for w in robot.wheels] == [None] * 4
     assert unknown[0] == "4 joints beneath wheels, such as rollers, are not read"
+    assert unknown[1] == (
+        "a positive turn drives backwards at 'fr_joint', 'rr_joint': taken as reversed"
+    )
     assert not any("driven" in each for each in unknown)
+
+
+@pytest.mark.parametrize("ahead", [0.0, 0.02, 0.7, -1.2, math.pi / 2])
+def test_wheels_on_mirrored_axles_have_one_heading(ahead: float) -> None:
+    """A differential drive whose joints are drawn outwards from the body, seen in any frame."""
+    parts, quarter = ['<link name="base"/>'], math.pi / 2
+    for name, side in (("left", 1), ("right", -1)):
+        place = (-0.2 * side * math.sin(ahead), 0.2 * side * math.cos(ahead), 0.05)
+        tip = (-quarter * side, 0.0, ahead)
+        parts += [
+            cylinder(f"{name}_link", 0.05),
+            joint(f"{name}_joint", "continuous", "base", f"{name}_link", spaced(np.array(place)),
+                  spaced(np.array(tip)), "0 0 1"),
+        ]  # fmt: skip
+    robot, unknown = read_urdf(robot_text(*parts).encode())
+    assert [wheel.reversed for wheel in robot.wheels] == [False, True]
+    assert [wheel.heading for wheel in robot.wheels] == pytest.approx([ahead] * 2, abs=AGREE)
+    assert "a positive turn drives backwards at 'right_joint': taken as reversed" in unknown
+
+
+def test_a_mirrored_wheel_that_steers_with_an_offset_has_it_once() -> None:
+    more = '<mimic joint="scan_joint" offset="0.25"/>'
+    text = swivel(offset="0 0 -0.05", more=more).replace('axis xyz="0 1 0"', 'axis xyz="0 -1 0"')
+    wheel = read_urdf(text.encode()).robot.wheels[2]
+    assert wheel.reversed
+    assert wheel.heading == pytest.approx(0.75, abs=AGREE)
 
 
 FOREIGN = {"turtle": turtle(), "husky": husky(), "car": car(), "mecanum": mecanum()}
@@ -635,9 +681,8 @@ def test_our_urdf_without_its_extension_drives_alike(robot: Robot) -> None:
         if isinstance(wheel, BallWheel):
             continue
         assert other.radius == wheel.radius
-        # A positive turn of the joint drives along the heading, whatever the motor's sign.
-        back = math.pi if getattr(other, "reversed", False) else 0.0
-        apart = math.remainder(other.heading + back - wheel.heading, math.tau)
+        back = [math.pi if getattr(each, "reversed", False) else 0.0 for each in (wheel, other)]
+        apart = math.remainder(other.heading + back[1] - wheel.heading - back[0], math.tau)
         assert apart == pytest.approx(0.0, abs=AGREE)
 
 
@@ -666,7 +711,11 @@ def test_a_chain_of_frames_that_lean_every_way(seed: int) -> None:
     )
     (found,) = read_urdf(text.encode()).robot.wheels
     assert [found.x, found.y, found.radius] == pytest.approx([*place[:2], 0.2], abs=AGREE)
-    assert found.heading == pytest.approx(heading, abs=AGREE)
+    # Beyond a quarter turn a positive turn of the joint drives backwards.
+    assert found.reversed is (abs(heading) > math.pi / 2)
+    apart = found.heading + (math.pi if found.reversed else 0.0) - heading
+    assert math.remainder(apart, math.tau) == pytest.approx(0.0, abs=AGREE)
+    assert abs(found.heading) < math.pi / 2
 
 
 def test_steering_that_follows_through_two_joints() -> None:

@@ -239,11 +239,9 @@ def _full(robot: Robot, max_speed: float, max_yaw_rate: float) -> list[float]:
     """Return the wheel speeds of full bars [rad/s]: the limits, or what the largest twists ask."""
     ahead, sideways = [max_speed, 0.0, 0.0], [0.0, max_speed, 0.0]
     twists = [ahead, sideways, [0.0, 0.0, max_yaw_rate], [max_speed, 0.0, max_yaw_rate]]
-    asked = np.abs(Kinematics(robot).inverse(twists, limit=False).wheel_speeds).max(axis=0)
-    return [
-        wheel.max_speed or float(most) or 1.0
-        for wheel, most in zip(robot.driven, asked, strict=True)
-    ]
+    asked = np.abs(Kinematics(robot).inverse(twists, limit=False).wheel_speeds)
+    fastest = float(asked.max(initial=0.0)) or 1.0  # one scale, so that bars can be compared
+    return [wheel.max_speed or fastest for wheel in robot.driven]
 
 
 def _moves_sideways(robot: Robot) -> bool:
@@ -256,7 +254,7 @@ def _moves_sideways(robot: Robot) -> bool:
 
 def _fresh(path: Path | None) -> Path | None:
     """Return the output folder, made if need be; it must not hold another drive."""
-    if path is not None and (there := [name for name in _FILES if (path / name).exists()]):
+    if path is not None and (there := [name for name in _FILES if os.path.lexists(path / name)]):
         raise FileError(
             f"{path}: {there[0]} is there already, and a drive is not overwritten: name another "
             "folder, or move it away"
