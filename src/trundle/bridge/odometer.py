@@ -88,15 +88,15 @@ class Odometer:
         if read is None:
             refusals.append(self._counters.fault(counts))
             return last._replace(refused=last.refused + 1)
-        seen = last._replace(time=time, angles=angles, counts=read)
         if last.counts is None:
             spread = self._with_resolution(last.pose[2], last.spread, angles)
-            return seen._replace(spread=spread)
+            return last._replace(time=time, angles=angles, counts=read, spread=spread)
         interval = time - last.time
         turned = self._counters.turned(last.counts, read)
         if interval <= 0.0 or not self._counters.plausible(turned, interval):
             refusals.append(f"counts {counts!r}: the wheels cannot have turned so far since")
-            return seen._replace(refused=last.refused + 1)
+            refused = last.refused + 1
+            return last._replace(time=time, angles=angles, counts=read, refused=refused)
         middle = angles
         if angles != last.angles:
             middle = tuple([0.5 * (a + b) for a, b in zip(last.angles, angles, strict=True)])

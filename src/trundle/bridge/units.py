@@ -113,10 +113,10 @@ class Counters:
         Of the differences that wrapping around leaves open, the smallest is taken.
         """
         whole, half = self._turns, self._turns // 2
-        steps = [b - a for a, b in zip(before, now, strict=True)]
-        if whole:
-            steps = [(step + half) % whole - half for step in steps]
-        return tuple([step * size for step, size in zip(steps, self.resolutions, strict=True)])
+        each = zip(before, now, self.resolutions, strict=True)
+        if not whole:
+            return tuple([(b - a) * size for a, b, size in each])
+        return tuple([((b - a + half) % whole - half) * size for a, b, size in each])
 
     def plausible(self, turned: Numbers, time: float) -> bool:
         """Return whether the wheels can have turned so far in a time [s]."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from math import atan2, cos, floor, hypot, pi, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -100,6 +101,17 @@ def _per(limit: float | None) -> float:
     return 0.0 if limit is None else 1.0 / limit
 
 
+def _into_range(angle: float, low: float, high: float) -> float | None:
+    """Return the angle, or its nearest half-turn flip, inside a range, or None."""
+    if angle < low - _AT_LIMIT:
+        angle += pi * math.ceil((low - _AT_LIMIT - angle) / pi)
+    elif angle > high + _AT_LIMIT:
+        angle -= pi * math.ceil((angle - high - _AT_LIMIT) / pi)
+    if not low - _AT_LIMIT <= angle <= high + _AT_LIMIT:
+        return None
+    return min(max(angle, low), high)
+
+
 class Wheels:
     """The wheels of one robot in plain floats; twists are feasible, as ``project`` makes them.
 
@@ -115,8 +127,8 @@ class Wheels:
         straight = np.zeros(len(robot.steered))
         along = rolling_matrix(robot, robot.steered, straight)
         across = side_slip_matrix(robot, robot.steered, straight)
-        # (u, v, r) -> velocities of the steered contacts [m/s], all along their zeros, all across.
-        self._along, self._across = _program("along", along), _program("across", across)
+        # (u, v, r) -> velocities of the steered contacts [m/s]: all along their zeros, all across.
+        self._contacts = _program("contacts", np.concatenate([along, across]))
         plain = [wheel for wheel in robot.driven if not wheel.steers]
         rows = rolling_matrix(robot, plain, straight) / gains(plain)[:, None]
         self._plain = _program("speeds", rows)
@@ -130,6 +142,7 @@ class Wheels:
         order = [wheel.name for wheel in (*plain, *turning)]
         self._order = tuple(order.index(wheel.name) for wheel in robot.driven)
         self._count = len(robot.steered)
+        self._alone = all(each.members == ((i, 1.0),) for i, each in enumerate(self.inputs))
         self.limits_speed = any(wheel.max_speed for wheel in robot.driven)
         self.limits_steering = any(
             math.isfinite(i.low) or math.isfinite(i.high) for i in self.inputs
@@ -148,13 +161,12 @@ class Wheels:
         plain = self._plain(*twist)
         if not self._turning:
             return plain
-        along, across = self._along(*twist), self._across(*twist)
+        contact, count = self._contacts(*twist), self._count
         found = list(plain)
         for i, per_gain, _, _ in self._turning:
             angle = angles[i]
-            rim = along[i] * math.cos(angle) + across[i] * math.sin(angle)
-            found.append(rim * per_gain)
-        return tuple([found[i] for i in self._order])
+            found.append((contact[i] * cos(angle) + contact[count + i] * sin(angle)) * per_gain)
+        return tuple([found[i] for i in self._order]) if plain else tuple(found)
 
     def share(self, twist: Twist) -> float:
         """Return how much of the wheels' largest speeds a twist takes: above 1 it is too fast."""
@@ -173,9 +185,9 @@ class Wheels:
         for speed, per in zip(self._plain(*twist), self._plain_limits, strict=True):
             largest = max(largest, abs(speed) * per[which])
         if self._turning:
-            along, across = self._along(*twist), self._across(*twist)
+            contact, count = self._contacts(*twist), self._count
             for i, per_gain, *limits in self._turning:
-                rim = math.hypot(along[i], across[i])
+                rim = hypot(contact[i], contact[count + i])
                 largest = max(largest, rim * abs(per_gain) * limits[which])
         return largest
 
@@ -186,28 +198,30 @@ class Wheels:
         no wheel moves, it stays. None: no such angle lies in the range of some input.
         """
         still = _STANDS * (abs(twist[0]) + abs(twist[1]) + abs(twist[2]))
-        along, across = self._along(*twist), self._across(*twist)
+        contact, count = self._contacts(*twist), self._count
         found = []
         for present, (members, low, high, _) in zip(steering, self.inputs, strict=True):
             fastest, angle = still * still, present
             for i, ratio in members:
-                a, b = along[i], across[i]
-                if a * a + b * b > fastest:
-                    fastest, angle = a * a + b * b, ratio * math.atan2(b, a)
-            angle += math.pi * math.floor((present - angle) / math.pi + 0.5)
-            if angle < low - _AT_LIMIT:
-                angle += math.pi * math.ceil((low - _AT_LIMIT - angle) / math.pi)
-            elif angle > high + _AT_LIMIT:
-                angle -= math.pi * math.ceil((angle - high - _AT_LIMIT) / math.pi)
-            if not low - _AT_LIMIT <= angle <= high + _AT_LIMIT:
-                return None
-            found.append(min(max(angle, low), high))
+                a, b = contact[i], contact[count + i]
+                speed = a * a + b * b
+                if speed > fastest:
+                    fastest, angle = speed, ratio * atan2(b, a)
+            angle += pi * floor((present - angle) / pi + 0.5)
+            if not low <= angle <= high:
+                inside = _into_range(angle, low, high)
+                if inside is None:
+                    return None
+                angle = inside
+            found.append(angle)
         return tuple(found)
 
     def angles(self, steering: Numbers) -> Numbers:
         """Return the steering angles [rad] of inputs [rad]."""
         if not steering:
             return ()
+        if self._alone:
+            return steering
         angles = [0.0] * self._count
         for value, each in zip(steering, self.inputs, strict=True):
             for i, ratio in each.members:
@@ -226,16 +240,15 @@ class Wheels:
         angle where ``b cos - a sin = 0``.
         """
         u, v, r = twist
-        a0, b0 = self._along(u, v, 0.0), self._across(u, v, 0.0)
-        a1, b1 = self._along(0.0, 0.0, r), self._across(0.0, 0.0, r)
+        fixed, turned = self._contacts(u, v, 0.0), self._contacts(0.0, 0.0, r)
         shares = {0.0}
         for each in self.inputs:
             for i, ratio in each.members:
                 for end in (ratio * each.low, ratio * each.high):
                     if math.isinf(end):
                         continue
-                    c, s = math.cos(end), math.sin(end)
-                    fixed, turned = b0[i] * c - a0[i] * s, b1[i] * c - a1[i] * s
-                    if turned != 0 and 0 < -fixed / turned < 1:
-                        shares.add(-fixed / turned)
+                    c, s, j = cos(end), sin(end), self._count + i
+                    off, by_turn = fixed[j] * c - fixed[i] * s, turned[j] * c - turned[i] * s
+                    if by_turn != 0 and 0 < -off / by_turn < 1:
+                        shares.add(-off / by_turn)
         return sorted(shares, reverse=True)

@@ -208,7 +208,7 @@ void trundle_odometry(trundle_real pose[3], const trundle_real wheel_increments[
 static const bool sided[3] = {true, true, true};
 
 #define PI R(3.141592653589793)
-#define HALVINGS 20      /* of a step, in search of the part that steering can follow */
+#define HALVINGS 20 /* of a step, in search of the part that steering can follow */
 #define UNLIMITED ((trundle_real)INFINITY)
 
 /* A driven wheel: its radius [m], turns of its motor for one of its own, and counts per radian. */
@@ -277,10 +277,10 @@ typedef struct {
 } input;
 
 static const input inputs[TRUNDLE_INPUTS] = {
-    {R(-1.1000000000000079), R(1.2000000000000037), R(2.5000000000000036)},
-    {R(-1.1000000000000079), R(1.2000000000000037), R(2.5000000000000036)},
-    {R(-1.1000000000000079), R(1.2000000000000037), R(2.5000000000000036)},
-    {R(-1.1000000000000079), R(1.2000000000000037), R(2.5000000000000036)},
+    {R(-1.1000000000000079), R(1.2000000000000037), R(8.000000000000007)},
+    {R(-1.1000000000000079), R(1.2000000000000037), R(8.000000000000007)},
+    {R(-1.1000000000000079), R(1.2000000000000037), R(8.000000000000007)},
+    {R(-1.1000000000000079), R(1.2000000000000037), R(8.000000000000007)},
 };
 
 /* A steered wheel: its input, and the sign with which it follows that. */
