@@ -165,7 +165,14 @@ class Driver:
 
 
 def _sum(twist: Twist, step: Twist) -> Twist:
-    return twist[0] + step[0], twist[1] + step[1], twist[2] + step[2]
+    """Return the twist after a step; an axis of which only rounding is left stands still."""
+    (u, v, r), (du, dv, dr) = twist, step
+    x, y, z = u + du, v + dv, r + dr
+    return (
+        x if abs(x) > _ROUNDING * abs(du) else 0.0,
+        y if abs(y) > _ROUNDING * abs(dv) else 0.0,
+        z if abs(z) > _ROUNDING * abs(dr) else 0.0,
+    )
 
 
 def _differ(a: Twist, b: Twist) -> bool:

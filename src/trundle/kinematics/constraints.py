@@ -167,6 +167,7 @@ def frame(robot: Robot) -> Array:
     place = np.array([(np.mean(wheel.x), np.mean(wheel.y)) for wheel in wheels])
     x, y = place.mean(axis=0)
     far = float(np.hypot(*(place - (x, y)).T).max())
-    size = max(float(np.mean(getattr(wheel, "radius", None) or 1.0)) for wheel in wheels)
+    radii = [getattr(wheel, "radius", None) for wheel in wheels]
+    size = max(1.0 if radius is None else float(np.mean(radius)) for radius in radii)
     length = far if far > _ONE_SPOT * size else size
     return np.array([[1.0, 0.0, y / length], [0.0, 1.0, -x / length], [0.0, 0.0, 1 / length]])

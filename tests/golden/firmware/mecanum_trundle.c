@@ -26,13 +26,6 @@
 #define ABS fabs
 #endif
 
-/* What rounding makes of a twist, as a share of it. */
-#if defined(TRUNDLE_FLOAT) || DBL_MANT_DIG < 53
-#define ROUNDING R(1e-6)
-#else
-#define ROUNDING R(1e-12)
-#endif
-
 /* ---- kinematics: printed from the robot's equations ----------------------------------------- */
 
 void trundle_inverse(const trundle_real twist[3], trundle_real wheel_speeds[4])
@@ -194,13 +187,6 @@ static void add(trundle_real sum[3], const trundle_real a[3], const trundle_real
     set(sum, a[0] + b[0], a[1] + b[1], a[2] + b[2]);
 }
 
-/* Whether two twists differ by more than rounding. */
-static bool differ(const trundle_real a[3], const trundle_real b[3])
-{
-    const trundle_real size = ABS(a[0]) + ABS(a[1]) + ABS(a[2]);
-    return ABS(a[0] - b[0]) + ABS(a[1] - b[1]) + ABS(a[2] - b[2]) > ROUNDING * size;
-}
-
 /* ---- limits of the body --------------------------------------------------------------------- */
 
 /* How much of the speed limits a twist takes: above 1 it is too fast. */
@@ -268,13 +254,15 @@ static void find_change(const trundle_real now[3], const trundle_real target[3],
     set(change, target[0] - now[0], target[1] - now[1], target[2] - now[2]);
 }
 
-/* Shorten a change to what a step at the acceleration limits makes of it. */
-static void shorten(const trundle_real now[3], trundle_real dt, trundle_real change[3])
+/* Shorten a change to what a step at the acceleration limits makes of it; return whether. */
+static bool shorten(const trundle_real now[3], trundle_real dt, trundle_real change[3])
 {
     trundle_real needed = body_time(now, change);
     if (needed > dt) {
         scale(change, dt / needed);
+        return true;
     }
+    return false;
 }
 
 /* Brake on a straight line to rest; the steering stays. */
@@ -287,12 +275,10 @@ static void brake(const trundle_state *state, trundle_real dt, trundle_real step
 /* Find the step towards the command, and turn the steering along; return the limits in force. */
 static unsigned drive(trundle_state *state, trundle_real dt, trundle_real step[3])
 {
-    trundle_real target[3], other[3];
+    trundle_real target[3];
     unsigned why = reach(state, target);
     find_change(state->twist, target, step);
-    shorten(state->twist, dt, step);
-    add(other, state->twist, step);
-    if (differ(target, other)) {
+    if (shorten(state->twist, dt, step)) {
         why |= TRUNDLE_LIMIT_ACCELERATION;
     }
     return why;
@@ -301,7 +287,7 @@ static unsigned drive(trundle_state *state, trundle_real dt, trundle_real step[3
 /* ---- counters ------------------------------------------------------------------------------- */
 
 /* The turn of a wheel between two readings of its counter, which may have wrapped around [rad]. */
-static trundle_real turned(uint32_t before, uint32_t now, trundle_real per_count)
+static trundle_real turn_of(uint32_t before, uint32_t now, trundle_real per_count)
 {
     const uint32_t ahead = (now - before) & COUNTER_RANGE;
     if (ahead < COUNTER_HALF) {
@@ -318,7 +304,7 @@ static void read_counters(trundle_state *state, const uint32_t counts[4])
     bool good = interval > R(0.0);
     trundle_real turns[TRUNDLE_COUNTERS], moved[3];
     for (int i = 0; i < TRUNDLE_COUNTERS; i++) {
-        turns[i] = turned(state->counts[i], counts[i], counters[i].per_count);
+        turns[i] = turn_of(state->counts[i], counts[i], counters[i].per_count);
         state->counts[i] = counts[i];
     }
     state->counts_us = state->now_us;

@@ -327,14 +327,16 @@ static void find_change(const trundle_real now[3], const trundle_real target[3],
     }
 }
 
-/* Shorten a change to what a step at the acceleration limits makes of it. */
-static void shorten(const trundle_real now[3], trundle_real dt, trundle_real change[3])
+/* Shorten a change to what a step at the acceleration limits makes of it; return whether. */
+static bool shorten(const trundle_real now[3], trundle_real dt, trundle_real change[3])
 {
     trundle_real needed = body_time(now, change);
     needed = larger(needed, wheel_share(change, per_acceleration));
     if (needed > dt) {
         scale(change, dt / needed);
+        return true;
     }
+    return false;
 }
 
 /* Brake on a straight line to rest; the steering stays. */
@@ -347,12 +349,10 @@ static void brake(const trundle_state *state, trundle_real dt, trundle_real step
 /* Find the step towards the command, and turn the steering along; return the limits in force. */
 static unsigned drive(trundle_state *state, trundle_real dt, trundle_real step[3])
 {
-    trundle_real target[3], other[3];
+    trundle_real target[3];
     unsigned why = reach(state, target);
     find_change(state->twist, target, step);
-    shorten(state->twist, dt, step);
-    add(other, state->twist, step);
-    if (differ(target, other)) {
+    if (shorten(state->twist, dt, step)) {
         why |= TRUNDLE_LIMIT_ACCELERATION;
     }
     return why;
@@ -361,7 +361,7 @@ static unsigned drive(trundle_state *state, trundle_real dt, trundle_real step[3
 /* ---- counters ------------------------------------------------------------------------------- */
 
 /* The turn of a wheel between two readings of its counter, which may have wrapped around [rad]. */
-static trundle_real turned(uint32_t before, uint32_t now, trundle_real per_count)
+static trundle_real turn_of(uint32_t before, uint32_t now, trundle_real per_count)
 {
     const uint32_t ahead = (now - before) & COUNTER_RANGE;
     if (ahead < COUNTER_HALF) {
@@ -385,7 +385,7 @@ static void read_counters(trundle_state *state, const uint32_t counts[4])
         }
     }
     for (int i = 0; i < TRUNDLE_COUNTERS; i++) {
-        turns[i] = turned(state->counts[i], counts[i], counters[i].per_count);
+        turns[i] = turn_of(state->counts[i], counts[i], counters[i].per_count);
         if (counters[i].fastest > R(0.0)
             && ABS(turns[i]) > counters[i].fastest * interval + R(2.0) * counters[i].per_count) {
             good = false;

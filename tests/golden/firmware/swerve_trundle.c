@@ -404,48 +404,42 @@ static void smooth(const trundle_real change[3], const trundle_real last[3], tru
 
 /* ---- wheels: printed from the robot's equations ---------------------------------------------- */
 
-/* Velocities of the steered wheels' contacts along the zeros of their angles [m/s] ... */
-static void along(const trundle_real twist[3], trundle_real to[4])
+/* Velocities of the steered wheels' contacts [m/s]: all along the zeros of their angles, then all a
+ * quarter turn further. */
+static void contacts(const trundle_real twist[3], trundle_real to[8])
 {
     const trundle_real u = twist[0];
+    const trundle_real v = twist[1];
     const trundle_real r = twist[2];
     const trundle_real t0 = R(0.25) * r;
     const trundle_real t1 = u - t0;
     const trundle_real t2 = t0 + u;
+    const trundle_real t3 = t0 + v;
+    const trundle_real t4 = v - t0;
     to[0] = t1;
     to[1] = t2;
     to[2] = t1;
     to[3] = t2;
-}
-
-/* ... and a quarter turn further. */
-static void across(const trundle_real twist[3], trundle_real to[4])
-{
-    const trundle_real v = twist[1];
-    const trundle_real r = twist[2];
-    const trundle_real t0 = R(0.25) * r;
-    const trundle_real t1 = t0 + v;
-    const trundle_real t2 = v - t0;
-    to[0] = t1;
-    to[1] = t1;
-    to[2] = t2;
-    to[3] = t2;
+    to[4] = t3;
+    to[5] = t3;
+    to[6] = t4;
+    to[7] = t4;
 }
 
 /* Speeds of all driven wheels [rad/s]; without steering angles: the largest at any angles. */
 static void wheel_speeds(const trundle_real twist[3], const trundle_real *angles,
     trundle_real speeds[TRUNDLE_WHEELS])
 {
-    trundle_real a[TRUNDLE_STEERED], b[TRUNDLE_STEERED];
-    along(twist, a);
-    across(twist, b);
+    trundle_real contact[2 * TRUNDLE_STEERED];
+    contacts(twist, contact);
     for (int i = 0; i < TRUNDLE_WHEELS; i++) {
         const driven_wheel *wheel = &driven_wheels[i];
         const int k = wheel->steered;
+        const trundle_real a = contact[k], b = contact[TRUNDLE_STEERED + k];
         if (angles != NULL) {
-            speeds[i] = (a[k] * COS(angles[k]) + b[k] * SIN(angles[k])) * wheel->per_radius;
+            speeds[i] = (a * COS(angles[k]) + b * SIN(angles[k])) * wheel->per_radius;
         } else {
-            speeds[i] = HYPOT(a[k], b[k]) * ABS(wheel->per_radius);
+            speeds[i] = HYPOT(a, b) * ABS(wheel->per_radius);
         }
     }
 }
@@ -477,18 +471,18 @@ static bool aim(const trundle_real twist[3], const trundle_real present[TRUNDLE_
     trundle_real aimed[TRUNDLE_INPUTS])
 {
     const trundle_real still = ROUNDING * (ABS(twist[0]) + ABS(twist[1]) + ABS(twist[2]));
-    trundle_real a[TRUNDLE_STEERED], b[TRUNDLE_STEERED];
-    along(twist, a);
-    across(twist, b);
+    trundle_real contact[2 * TRUNDLE_STEERED];
+    contacts(twist, contact);
     for (int j = 0; j < TRUNDLE_INPUTS; j++) {
         const input *each = &inputs[j];
         const trundle_real low = each->low - AT_LIMIT, high = each->high + AT_LIMIT;
         trundle_real fastest = still * still, angle = present[j];
         for (int i = 0; i < TRUNDLE_STEERED; i++) {
-            const trundle_real square = a[i] * a[i] + b[i] * b[i];
+            const trundle_real a = contact[i], b = contact[TRUNDLE_STEERED + i];
+            const trundle_real square = a * a + b * b;
             if (steered_wheels[i].input == j && square > fastest) {
                 fastest = square;
-                angle = steered_wheels[i].sign * ATAN2(b[i], a[i]);
+                angle = steered_wheels[i].sign * ATAN2(b, a);
             }
         }
         angle += PI * FLOOR((present[j] - angle) / PI + R(0.5));
@@ -510,13 +504,10 @@ static void straighten(trundle_real twist[3], const trundle_real present[TRUNDLE
 {
     const trundle_real straight[3] = {twist[0], twist[1], R(0.0)};
     const trundle_real turn[3] = {R(0.0), R(0.0), twist[2]};
-    trundle_real a0[TRUNDLE_STEERED], b0[TRUNDLE_STEERED];
-    trundle_real a1[TRUNDLE_STEERED], b1[TRUNDLE_STEERED];
+    trundle_real fixed[2 * TRUNDLE_STEERED], turned[2 * TRUNDLE_STEERED];
     trundle_real best = R(-1.0), aimed[TRUNDLE_INPUTS];
-    along(straight, a0);
-    across(straight, b0);
-    along(turn, a1);
-    across(turn, b1);
+    contacts(straight, fixed);
+    contacts(turn, turned);
     if (aim(straight, present, aimed)) {
         best = R(0.0);
     }
@@ -524,17 +515,18 @@ static void straighten(trundle_real twist[3], const trundle_real present[TRUNDLE
         const steered_wheel *each = &steered_wheels[i];
         const trundle_real ends[2] = {inputs[each->input].low, inputs[each->input].high};
         for (int k = 0; k < 2; k++) {
-            trundle_real c, s, straight_on, by_turn, share;
+            const int n = TRUNDLE_STEERED + i;
+            trundle_real c, s, off, by_turn, share;
             if (ABS(ends[k]) >= UNLIMITED) {
                 continue;
             }
-            /* With a share of the yaw rate the contact's velocity is a0 + share a1, b0 + share b1:
+            /* With a share of the yaw rate the contact's velocity (a, b) is fixed + share turned:
              * it points along the end's angle where b cos - a sin = 0. */
             c = COS(each->sign * ends[k]);
             s = SIN(each->sign * ends[k]);
-            straight_on = b0[i] * c - a0[i] * s;
-            by_turn = b1[i] * c - a1[i] * s;
-            share = ABS(by_turn) > R(0.0) ? -straight_on / by_turn : R(0.0);
+            off = fixed[n] * c - fixed[i] * s;
+            by_turn = turned[n] * c - turned[i] * s;
+            share = ABS(by_turn) > R(0.0) ? -off / by_turn : R(0.0);
             if (share > larger(best, R(0.0)) && share < R(1.0)) {
                 const trundle_real less[3] = {twist[0], twist[1], share * twist[2]};
                 if (aim(less, present, aimed)) {
@@ -613,14 +605,16 @@ static void find_change(const trundle_real now[3], const trundle_real target[3],
     }
 }
 
-/* Shorten a change to what a step at the acceleration limits makes of it. */
-static void shorten(const trundle_real now[3], trundle_real dt, trundle_real change[3])
+/* Shorten a change to what a step at the acceleration limits makes of it; return whether. */
+static bool shorten(const trundle_real now[3], trundle_real dt, trundle_real change[3])
 {
     trundle_real needed = body_time(now, change);
     needed = larger(needed, wheel_share(change, per_acceleration));
     if (needed > dt) {
         scale(change, dt / needed);
+        return true;
     }
+    return false;
 }
 
 /* Brake on a straight line to rest; the steering stays. */
@@ -708,10 +702,10 @@ static unsigned steer(trundle_state *state, const trundle_real target[3], trundl
 /* Find the step towards the command, and turn the steering along; return the limits in force. */
 static unsigned drive(trundle_state *state, trundle_real dt, trundle_real step[3])
 {
-    trundle_real target[3], other[3];
+    trundle_real target[3];
     unsigned why = reach(state, target);
     const trundle_real last[3] = {state->rate[0] * dt, state->rate[1] * dt, state->rate[2] * dt};
-    trundle_real change[3];
+    trundle_real change[3], other[3];
     find_change(state->twist, target, change);
     copy(step, change);
     shorten(state->twist, dt, step);
@@ -729,7 +723,7 @@ static unsigned drive(trundle_state *state, trundle_real dt, trundle_real step[3
 /* ---- counters ------------------------------------------------------------------------------- */
 
 /* The turn of a wheel between two readings of its counter, which may have wrapped around [rad]. */
-static trundle_real turned(uint32_t before, uint32_t now, trundle_real per_count)
+static trundle_real turn_of(uint32_t before, uint32_t now, trundle_real per_count)
 {
     const uint32_t ahead = (now - before) & COUNTER_RANGE;
     if (ahead < COUNTER_HALF) {
@@ -755,7 +749,7 @@ static void read_counters(trundle_state *state, const uint32_t counts[4],
         }
     }
     for (int i = 0; i < TRUNDLE_COUNTERS; i++) {
-        turns[i] = turned(state->counts[i], counts[i], counters[i].per_count);
+        turns[i] = turn_of(state->counts[i], counts[i], counters[i].per_count);
         if (counters[i].fastest > R(0.0)
             && ABS(turns[i]) > counters[i].fastest * interval + R(2.0) * counters[i].per_count) {
             good = false;

@@ -93,6 +93,8 @@ def c_files(robot: Robot, **settings: Any) -> dict[str, str]:
     true = _conditions(robot, own, limits)
     if "PROJECT" in functions:
         true.add("projects")
+    if true & {"projects", "jerk"}:
+        true.add("differs")
     return {name: filled(template(name), places, true) for name in _FILES}
 
 

@@ -54,8 +54,8 @@ def wheel_programs(robot: Robot) -> dict[str, Straight]:
 
     ``project``: the nearest twist that the wheels allow, where they do not allow all.
     ``fixed_speeds``: speeds of the driven wheels that do not steer [rad/s].
-    ``along``, ``across``: velocities of the steered wheels' contacts [m/s] along the zeros of their
-    angles, and a quarter turn further.
+    ``contacts``: velocities of the steered wheels' contacts [m/s], all along the zeros of their
+    angles, then all a quarter turn further.
 
     Raises:
         TrundleError: linked steering allows a curved set of twists only.
@@ -76,8 +76,9 @@ def wheel_programs(robot: Robot) -> dict[str, Straight]:
         rows = rolling_matrix(robot, fixed, straight)
         matrices["fixed_speeds"] = rows / gains(fixed)[:, None]
     if robot.steered:
-        matrices["along"] = rolling_matrix(robot, robot.steered, straight)
-        matrices["across"] = side_slip_matrix(robot, robot.steered, straight)
+        along = rolling_matrix(robot, robot.steered, straight)
+        across = side_slip_matrix(robot, robot.steered, straight)
+        matrices["contacts"] = np.concatenate([along, across])
     return {name: _linear(name, matrix) for name, matrix in matrices.items()}
 
 

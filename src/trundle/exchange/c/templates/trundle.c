@@ -218,9 +218,13 @@ static void scale(trundle_real twist[3], trundle_real share)
     set(twist, share * twist[0], share * twist[1], share * twist[2]);
 }
 
-static void add(trundle_real sum[3], const trundle_real a[3], const trundle_real b[3])
+/* Find the twist after a step; an axis of which only rounding is left stands still. */
+static void add(trundle_real sum[3], const trundle_real twist[3], const trundle_real step[3])
 {
-    set(sum, a[0] + b[0], a[1] + b[1], a[2] + b[2]);
+    for (int i = 0; i < 3; i++) {
+        const trundle_real whole = twist[i] + step[i];
+        sum[i] = ABS(whole) > ROUNDING * ABS(step[i]) ? whole : R(0.0);
+    }
 }
 
 //: if steered
@@ -230,6 +234,7 @@ static bool stands(const trundle_real twist[3])
 }
 
 //: end
+//: if differs
 /* Whether two twists differ by more than rounding. */
 static bool differ(const trundle_real a[3], const trundle_real b[3])
 {
@@ -237,6 +242,7 @@ static bool differ(const trundle_real a[3], const trundle_real b[3])
     return ABS(a[0] - b[0]) + ABS(a[1] - b[1]) + ABS(a[2] - b[2]) > ROUNDING * size;
 }
 
+//: end
 /* ---- limits of the body --------------------------------------------------------------------- */
 
 /* How much of the speed limits a twist takes: above 1 it is too fast. */
@@ -301,10 +307,9 @@ static void smooth(const trundle_real change[3], const trundle_real last[3], tru
 static @PROJECT@
 //: end
 //: if steered
-/* Velocities of the steered wheels' contacts along the zeros of their angles [m/s] ... */
-static @ALONG@
-/* ... and a quarter turn further. */
-static @ACROSS@
+/* Velocities of the steered wheels' contacts [m/s]: all along the zeros of their angles, then all a
+ * quarter turn further. */
+static @CONTACTS@
 //: end
 //: if fixed
 /* Speeds of the driven wheels that do not steer [rad/s]. */
@@ -315,13 +320,12 @@ static @FIXED_SPEEDS@
 static void wheel_speeds(const trundle_real twist[3], const trundle_real *angles,
     trundle_real speeds[TRUNDLE_WHEELS])
 {
-    trundle_real a[TRUNDLE_STEERED], b[TRUNDLE_STEERED];
+    trundle_real contact[2 * TRUNDLE_STEERED];
 //: if fixed
     trundle_real rolled[@FIXED@];
     fixed_speeds(twist, rolled);
 //: end
-    along(twist, a);
-    across(twist, b);
+    contacts(twist, contact);
     for (int i = 0; i < TRUNDLE_WHEELS; i++) {
         const driven_wheel *wheel = &driven_wheels[i];
         const int k = wheel->steered;
@@ -331,10 +335,11 @@ static void wheel_speeds(const trundle_real twist[3], const trundle_real *angles
             continue;
         }
 //: end
+        const trundle_real a = contact[k], b = contact[TRUNDLE_STEERED + k];
         if (angles != NULL) {
-            speeds[i] = (a[k] * COS(angles[k]) + b[k] * SIN(angles[k])) * wheel->per_radius;
+            speeds[i] = (a * COS(angles[k]) + b * SIN(angles[k])) * wheel->per_radius;
         } else {
-            speeds[i] = HYPOT(a[k], b[k]) * ABS(wheel->per_radius);
+            speeds[i] = HYPOT(a, b) * ABS(wheel->per_radius);
         }
     }
 }
@@ -374,18 +379,18 @@ static bool aim(const trundle_real twist[3], const trundle_real present[TRUNDLE_
     trundle_real aimed[TRUNDLE_INPUTS])
 {
     const trundle_real still = ROUNDING * (ABS(twist[0]) + ABS(twist[1]) + ABS(twist[2]));
-    trundle_real a[TRUNDLE_STEERED], b[TRUNDLE_STEERED];
-    along(twist, a);
-    across(twist, b);
+    trundle_real contact[2 * TRUNDLE_STEERED];
+    contacts(twist, contact);
     for (int j = 0; j < TRUNDLE_INPUTS; j++) {
         const input *each = &inputs[j];
         const trundle_real low = each->low - AT_LIMIT, high = each->high + AT_LIMIT;
         trundle_real fastest = still * still, angle = present[j];
         for (int i = 0; i < TRUNDLE_STEERED; i++) {
-            const trundle_real square = a[i] * a[i] + b[i] * b[i];
+            const trundle_real a = contact[i], b = contact[TRUNDLE_STEERED + i];
+            const trundle_real square = a * a + b * b;
             if (steered_wheels[i].input == j && square > fastest) {
                 fastest = square;
-                angle = steered_wheels[i].sign * ATAN2(b[i], a[i]);
+                angle = steered_wheels[i].sign * ATAN2(b, a);
             }
         }
         angle += PI * FLOOR((present[j] - angle) / PI + R(0.5));
@@ -408,13 +413,10 @@ static void straighten(trundle_real twist[3], const trundle_real present[TRUNDLE
 {
     const trundle_real straight[3] = {twist[0], twist[1], R(0.0)};
     const trundle_real turn[3] = {R(0.0), R(0.0), twist[2]};
-    trundle_real a0[TRUNDLE_STEERED], b0[TRUNDLE_STEERED];
-    trundle_real a1[TRUNDLE_STEERED], b1[TRUNDLE_STEERED];
+    trundle_real fixed[2 * TRUNDLE_STEERED], turned[2 * TRUNDLE_STEERED];
     trundle_real best = R(-1.0), aimed[TRUNDLE_INPUTS];
-    along(straight, a0);
-    across(straight, b0);
-    along(turn, a1);
-    across(turn, b1);
+    contacts(straight, fixed);
+    contacts(turn, turned);
     if (aim(straight, present, aimed)) {
         best = R(0.0);
     }
@@ -422,17 +424,18 @@ static void straighten(trundle_real twist[3], const trundle_real present[TRUNDLE
         const steered_wheel *each = &steered_wheels[i];
         const trundle_real ends[2] = {inputs[each->input].low, inputs[each->input].high};
         for (int k = 0; k < 2; k++) {
-            trundle_real c, s, straight_on, by_turn, share;
+            const int n = TRUNDLE_STEERED + i;
+            trundle_real c, s, off, by_turn, share;
             if (ABS(ends[k]) >= UNLIMITED) {
                 continue;
             }
-            /* With a share of the yaw rate the contact's velocity is a0 + share a1, b0 + share b1:
+            /* With a share of the yaw rate the contact's velocity (a, b) is fixed + share turned:
              * it points along the end's angle where b cos - a sin = 0. */
             c = COS(each->sign * ends[k]);
             s = SIN(each->sign * ends[k]);
-            straight_on = b0[i] * c - a0[i] * s;
-            by_turn = b1[i] * c - a1[i] * s;
-            share = ABS(by_turn) > R(0.0) ? -straight_on / by_turn : R(0.0);
+            off = fixed[n] * c - fixed[i] * s;
+            by_turn = turned[n] * c - turned[i] * s;
+            share = ABS(by_turn) > R(0.0) ? -off / by_turn : R(0.0);
             if (share > larger(best, R(0.0)) && share < R(1.0)) {
                 const trundle_real less[3] = {twist[0], twist[1], share * twist[2]};
                 if (aim(less, present, aimed)) {
@@ -536,8 +539,8 @@ static void find_change(const trundle_real now[3], const trundle_real target[3],
 //: end
 }
 
-/* Shorten a change to what a step at the acceleration limits makes of it. */
-static void shorten(const trundle_real now[3], trundle_real dt, trundle_real change[3])
+/* Shorten a change to what a step at the acceleration limits makes of it; return whether. */
+static bool shorten(const trundle_real now[3], trundle_real dt, trundle_real change[3])
 {
     trundle_real needed = body_time(now, change);
 //: if wheel_acceleration
@@ -545,7 +548,9 @@ static void shorten(const trundle_real now[3], trundle_real dt, trundle_real cha
 //: end
     if (needed > dt) {
         scale(change, dt / needed);
+        return true;
     }
+    return false;
 }
 
 /* Brake on a straight line to rest; the steering stays. */
@@ -639,11 +644,11 @@ static unsigned steer(trundle_state *state, const trundle_real target[3], trundl
 /* Find the step towards the command, and turn the steering along; return the limits in force. */
 static unsigned drive(trundle_state *state, trundle_real dt, trundle_real step[3])
 {
-    trundle_real target[3], other[3];
+    trundle_real target[3];
     unsigned why = reach(state, target);
 //: if jerk
     const trundle_real last[3] = {state->rate[0] * dt, state->rate[1] * dt, state->rate[2] * dt};
-    trundle_real change[3];
+    trundle_real change[3], other[3];
     find_change(state->twist, target, change);
     copy(step, change);
     shorten(state->twist, dt, step);
@@ -656,9 +661,7 @@ static unsigned drive(trundle_state *state, trundle_real dt, trundle_real step[3
     }
 //: else
     find_change(state->twist, target, step);
-    shorten(state->twist, dt, step);
-    add(other, state->twist, step);
-    if (differ(target, other)) {
+    if (shorten(state->twist, dt, step)) {
         why |= TRUNDLE_LIMIT_ACCELERATION;
     }
 //: end
@@ -671,7 +674,7 @@ static unsigned drive(trundle_state *state, trundle_real dt, trundle_real step[3
 /* ---- counters ------------------------------------------------------------------------------- */
 
 /* The turn of a wheel between two readings of its counter, which may have wrapped around [rad]. */
-static trundle_real turned(uint32_t before, uint32_t now, trundle_real per_count)
+static trundle_real turn_of(uint32_t before, uint32_t now, trundle_real per_count)
 {
     const uint32_t ahead = (now - before) & COUNTER_RANGE;
     if (ahead < COUNTER_HALF) {
@@ -700,7 +703,7 @@ static @READ_COUNTERS@
     }
 //: end
     for (int i = 0; i < TRUNDLE_COUNTERS; i++) {
-        turns[i] = turned(state->counts[i], counts[i], counters[i].per_count);
+        turns[i] = turn_of(state->counts[i], counts[i], counters[i].per_count);
 //: if plausible
         if (counters[i].fastest > R(0.0)
             && ABS(turns[i]) > counters[i].fastest * interval + R(2.0) * counters[i].per_count) {
