@@ -325,7 +325,7 @@ def test_a_bad_command_is_refused_and_counted_and_the_last_good_one_stands(bad):
     assert after.refused == 2
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0, None, "now"])
+@pytest.mark.parametrize("bad", [0.1, 0.15])
 def test_a_bad_time_is_told_and_moves_nothing(bad):
     bridge = Bridge(trundle.load("mecanum"), max_acceleration=1.0)
     _, state = drive(bridge, [(1.0, 0.0, 0.0)] * 10)
@@ -525,3 +525,48 @@ def test_a_wheel_taken_out_is_not_read_and_the_rest_goes_on():
 def test_a_wheel_that_is_needed_cannot_be_taken_out():
     with pytest.raises(UnobservedMotionError, match=r"do not observe"):
         Bridge(trundle.load("omni3")).without("wheel_1")
+
+
+# ---- clocks that fail ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("broken", [math.nan, None, "now", math.inf])
+def test_a_clock_that_shows_no_time_does_not_keep_the_robot_going(broken):
+    bridge = Bridge(trundle.load("differential"), timeout=0.5, **LIMITS)
+    _, state = drive(bridge, [(0.8, 0.0, 0.3)] * 100)
+    told = []
+    for _ in range(100):
+        output, state = bridge.step(state, broken)
+        told.append(output.twist[0])
+    assert told[10] == pytest.approx(0.8)
+    # As with a good clock: it stands after timeout + v / deceleration, counted in cycles.
+    assert np.argmin(np.array(told) > 0) <= math.ceil((0.5 + 0.8 / 2.0) / DT) + 1
+    assert output.stale
+
+
+def test_a_clock_that_is_set_back_makes_old_commands_stale_and_goes_on():
+    bridge = Bridge(trundle.load("differential"), encoder=ENCODER, timeout=0.5, **LIMITS)
+    state, count = bridge.start(time=1000.0), 0
+    for k in range(1, 101):
+        count += 50
+        _, state = bridge.step(state, 1000.0 + k * DT, (0.8, 0.0, 0.0), (count, count))
+    way = state.pose[0]
+    count += 50
+    output, state = bridge.step(state, 5.0, None, (count, count))
+    assert output.stale
+    assert output.twist[0] == pytest.approx(0.8 - 2.0 * DT)
+    assert state.pose[0] == pytest.approx(way + 50 * 0.05 * ENCODER.radians_per_tick)
+    output, state = bridge.step(state, 5.0 + DT, (0.8, 0.0, 0.0))
+    assert not output.stale
+
+
+def test_a_clock_that_stands_for_some_cycles_loses_no_way():
+    bridge = Bridge(trundle.load("differential"), encoder=ENCODER, timeout=0.5)
+    state = bridge.start()
+    for k in range(1, 201):
+        coarse = math.floor(k * 0.01 / 0.0156) * 0.0156
+        output, state = bridge.step(state, coarse, (0.3, 0.0, 0.0), (k * 40, k * 40))
+    output, state = bridge.step(state, 3.0, None, (200 * 40, 200 * 40))
+    # The first reading is the start from which the others count.
+    assert output.pose[0] == pytest.approx(199 * 40 * 0.05 * ENCODER.radians_per_tick)
+    assert state.refused_counts == 0

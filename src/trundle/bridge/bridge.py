@@ -20,6 +20,8 @@ from trundle.robot import Encoder, Quantity, Robot
 _BEYOND = 1000.0
 # A command is late when it is by more than this share of the timeout, which rounding is not.
 _ROUNDING = 1e-9
+# A clock that goes back by more than this has been set anew [s].
+_BACK = 1.0
 
 
 class Bridge:
@@ -162,8 +164,12 @@ class Bridge:
             steering: (s) measured steering angles [rad]; without them those told count.
         """
         refusals: list[str] = []
-        now, elapsed = _later(state.time, time, refusals)
+        known = state.odometry
         asked, asked_at, refused = state.command, state.command_time, state.refused
+        now, elapsed, lost = _clock(state, time, self.max_interval, refusals)
+        if lost:
+            asked_at = -math.inf
+            known = known._replace(time=now - elapsed - (state.time - known.time))
         if command is not None:
             good = _good(command, 3, _BEYOND)
             if good is None:
@@ -173,7 +179,6 @@ class Bridge:
                 (u, v, r), asked_at = good, now
                 asked = u, v, r
         drive, stale = self._drive(state, asked, asked_at, now, elapsed)
-        known = state.odometry
         if counts is not None:
             angles = self._driver.wheels.angles(state.steering)
             if steering is not None:
@@ -184,7 +189,10 @@ class Bridge:
             known = self._odometer.step(known, now, counts, angles, refusals)
         u, v, r = drive.change
         rate = (u / elapsed, v / elapsed, r / elapsed) if elapsed else state.rate
-        after = State(now, drive.steering, known, asked, asked_at, drive.twist, rate, refused)
+        cycle = elapsed or state.cycle
+        after = State(
+            now, drive.steering, known, asked, asked_at, drive.twist, rate, cycle, refused
+        )
         return self._output(after, drive, stale, elapsed, tuple(refusals)), after
 
     def _drive(
@@ -219,13 +227,23 @@ class Bridge:
         )
 
 
-def _later(before: float, time: Any, refusals: list[str]) -> tuple[float, float]:
-    """Return the time of a cycle and what has passed since the last, 0 where the time is bad."""
+def _clock(state: State, time: Any, usual: float, refusals: list[str]) -> tuple[float, float, bool]:
+    """Return the time of a cycle, its length, and whether the clock was lost.
+
+    A clock that goes back a little has stopped for a moment. One that shows no time goes on as
+    before, so that commands grow old; so does one that jumps back, and what came before it is
+    stale.
+    """
     now = time if type(time) is float else (_good((time,), 1, math.inf) or (math.nan,))[0]
-    if before <= now < math.inf:
-        return now, now - before
-    refusals.append(f"time {time!r}: not a time after {before:g} s")
-    return before, 0.0
+    if state.time <= now < math.inf:
+        return now, now - state.time, False
+    refusals.append(f"time {time!r}: not a time after {state.time:g} s")
+    if state.time - _BACK <= now <= state.time:
+        return state.time, 0.0, False
+    cycle = state.cycle or usual
+    if math.isfinite(now):
+        return now, cycle, True
+    return state.time + cycle, cycle, False
 
 
 def _good(values: Any, count: int, largest: float) -> Numbers | None:

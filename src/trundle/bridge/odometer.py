@@ -92,8 +92,10 @@ class Odometer:
             spread = self._with_resolution(last.pose[2], last.spread, angles)
             return last._replace(time=time, angles=angles, counts=read, spread=spread)
         interval = time - last.time
+        if interval <= 0.0:
+            return last  # the next reading makes it good
         turned = self._counters.turned(last.counts, read)
-        if interval <= 0.0 or not self._counters.plausible(turned, interval):
+        if not self._counters.plausible(turned, interval):
             refusals.append(f"counts {counts!r}: the wheels cannot have turned so far since")
             refused = last.refused + 1
             return last._replace(time=time, angles=angles, counts=read, refused=refused)

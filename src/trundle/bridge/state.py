@@ -20,6 +20,7 @@ class State(NamedTuple):
         command_time: when it came [s]; -inf before the first.
         twist: the twist that the wheels were told to give.
         rate: how fast it changed [m/s^2, m/s^2, rad/s^2].
+        cycle: length of the last cycle that had one [s].
         refused: how many commands were refused.
     """
 
@@ -30,6 +31,7 @@ class State(NamedTuple):
     command_time: float = float("-inf")
     twist: Twist = STILL
     rate: Twist = STILL
+    cycle: float = 0.0
     refused: int = 0
 
     @property

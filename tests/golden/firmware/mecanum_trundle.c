@@ -26,6 +26,13 @@
 #define ABS fabs
 #endif
 
+/* What rounding makes of a twist, as a share of it. */
+#if defined(TRUNDLE_FLOAT) || DBL_MANT_DIG < 53
+#define ROUNDING R(1e-6)
+#else
+#define ROUNDING R(1e-12)
+#endif
+
 /* ---- kinematics: printed from the robot's equations ----------------------------------------- */
 
 void trundle_inverse(const trundle_real twist[3], trundle_real wheel_speeds[4])
@@ -182,9 +189,13 @@ static void scale(trundle_real twist[3], trundle_real share)
     set(twist, share * twist[0], share * twist[1], share * twist[2]);
 }
 
-static void add(trundle_real sum[3], const trundle_real a[3], const trundle_real b[3])
+/* Find the twist after a step; an axis of which only rounding is left stands still. */
+static void add(trundle_real sum[3], const trundle_real twist[3], const trundle_real step[3])
 {
-    set(sum, a[0] + b[0], a[1] + b[1], a[2] + b[2]);
+    for (int i = 0; i < 3; i++) {
+        const trundle_real whole = twist[i] + step[i];
+        sum[i] = ABS(whole) > ROUNDING * ABS(step[i]) ? whole : R(0.0);
+    }
 }
 
 /* ---- limits of the body --------------------------------------------------------------------- */
@@ -301,8 +312,10 @@ static void read_counters(trundle_state *state, const uint32_t counts[4])
 {
     const trundle_real interval = seconds(state->now_us - state->counts_us);
     const bool first = !state->counted;
-    bool good = interval > R(0.0);
     trundle_real turns[TRUNDLE_COUNTERS], moved[3];
+    if (!first && interval <= R(0.0)) {
+        return; /* the next reading makes it good */
+    }
     for (int i = 0; i < TRUNDLE_COUNTERS; i++) {
         turns[i] = turn_of(state->counts[i], counts[i], counters[i].per_count);
         state->counts[i] = counts[i];
@@ -310,10 +323,6 @@ static void read_counters(trundle_state *state, const uint32_t counts[4])
     state->counts_us = state->now_us;
     state->counted = true;
     if (first) {
-        return;
-    }
-    if (!good) {
-        state->refused_counts++;
         return;
     }
     increment(turns, moved);

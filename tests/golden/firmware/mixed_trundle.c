@@ -208,9 +208,13 @@ static void scale(trundle_real twist[3], trundle_real share)
     set(twist, share * twist[0], share * twist[1], share * twist[2]);
 }
 
-static void add(trundle_real sum[3], const trundle_real a[3], const trundle_real b[3])
+/* Find the twist after a step; an axis of which only rounding is left stands still. */
+static void add(trundle_real sum[3], const trundle_real twist[3], const trundle_real step[3])
 {
-    set(sum, a[0] + b[0], a[1] + b[1], a[2] + b[2]);
+    for (int i = 0; i < 3; i++) {
+        const trundle_real whole = twist[i] + step[i];
+        sum[i] = ABS(whole) > ROUNDING * ABS(step[i]) ? whole : R(0.0);
+    }
 }
 
 /* Whether two twists differ by more than rounding. */
@@ -375,7 +379,7 @@ static void read_counters(trundle_state *state, const uint32_t counts[4])
 {
     const trundle_real interval = seconds(state->now_us - state->counts_us);
     const bool first = !state->counted;
-    bool good = interval > R(0.0);
+    bool good = true;
     trundle_real turns[TRUNDLE_COUNTERS], moved[3];
     for (int i = 0; i < TRUNDLE_COUNTERS; i++) {
         /* Counters may come signed or unsigned; a number between cannot be. */
@@ -383,6 +387,9 @@ static void read_counters(trundle_state *state, const uint32_t counts[4])
             state->refused_counts++;
             return;
         }
+    }
+    if (!first && interval <= R(0.0)) {
+        return; /* the next reading makes it good */
     }
     for (int i = 0; i < TRUNDLE_COUNTERS; i++) {
         turns[i] = turn_of(state->counts[i], counts[i], counters[i].per_count);

@@ -688,7 +688,9 @@ static @READ_COUNTERS@
 {
     const trundle_real interval = seconds(state->now_us - state->counts_us);
     const bool first = !state->counted;
-    bool good = interval > R(0.0);
+//: if plausible
+    bool good = true;
+//: end
     trundle_real turns[TRUNDLE_COUNTERS], moved[3];
 //: if steered
     trundle_real middle[TRUNDLE_STEERED];
@@ -702,6 +704,9 @@ static @READ_COUNTERS@
         }
     }
 //: end
+    if (!first && interval <= R(0.0)) {
+        return; /* the next reading makes it good */
+    }
     for (int i = 0; i < TRUNDLE_COUNTERS; i++) {
         turns[i] = turn_of(state->counts[i], counts[i], counters[i].per_count);
 //: if plausible
@@ -723,10 +728,12 @@ static @READ_COUNTERS@
     if (first) {
         return;
     }
+//: if plausible
     if (!good) {
         state->refused_counts++;
         return;
     }
+//: end
     increment(turns, @MIDDLE@moved);
     advance(state->pose, moved);
     for (int i = 0; i < 3; i++) {
