@@ -570,3 +570,130 @@ def test_a_clock_that_stands_for_some_cycles_loses_no_way():
     # The first reading is the start from which the others count.
     assert output.pose[0] == pytest.approx(199 * 40 * 0.05 * ENCODER.radians_per_tick)
     assert state.refused_counts == 0
+
+
+# ---- stories ------------------------------------------------------------------------------------
+
+
+@each_plane_robot
+def test_with_limited_jerk_a_robot_that_braked_goes_on_and_never_back(robot):
+    # A ramp must not begin with the watchdog's deceleration, nor carry an axis beyond zero.
+    bridge = Bridge(robot, timeout=0.1, max_jerk=2.0, max_yaw_jerk=20.0, **LIMITS)
+    wanted = feasible(robot, (0.9, 0.2, 0.3))
+    for pause in (0.2, 0.4, 2.0):
+        _, state = drive(bridge, [(0.9, 0.2, 0.3)] * 200)
+        _, state = drive(bridge, [None] * round(pause / DT), state=state)
+        outputs, state = drive(bridge, [(0.9, 0.2, 0.3)] * 400, state=state)
+        twists = np.array([o.twist for o in outputs])
+        assert (twists * np.sign(wanted) >= -ROUNDING).all()
+        assert np.cross(wanted, twists[-1]) == pytest.approx(np.zeros(3), abs=1e-6)
+        assert np.linalg.norm(twists[-1]) > 0.2
+        for output in outputs:
+            angle = dict(zip((w.name for w in robot.steered), output.steering, strict=True))
+            for wheel in robot.wheels:
+                slip = wheel.rows(angle.get(wheel.name, 0.0)).side_slip
+                if slip is not None:
+                    assert np.dot(slip, output.twist) == pytest.approx(0.0, abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["tricycle", "swerve", "two_steered"])
+def test_a_reversal_turns_no_wheel(name):
+    # Where several axes pass through zero at once, what rounding leaves of them has no direction.
+    robot = trundle.load(name).with_wheels(steering_rate=2.0)
+    bridge = Bridge(robot, **LIMITS)
+    outputs, state = drive(bridge, [(0.5, 0.0, 0.3)] * 150)
+    angles = outputs[-1].steering
+    outputs, _ = drive(bridge, [(-0.5, 0.0, -0.3)] * 150, state=state)
+    assert outputs[-1].twist == pytest.approx((-0.5, 0.0, -0.3))
+    for output in outputs:
+        assert output.steering == pytest.approx(angles, abs=0.01)
+
+
+@each_of_catalogue
+def test_any_sensed_wheel_may_be_taken_out_while_the_robot_drives(name):
+    robot = trundle.load(name)
+    bridge, count = Bridge(robot, encoder=ENCODER), len(robot.sensed)
+    state = bridge.start()
+    for k in range(1, 10):
+        _, state = bridge.step(state, k * DT, (0.2, 0.0, 0.1), [7 * k] * count)
+    for wheel in robot.sensed:
+        try:
+            rest = bridge.without(wheel.name)
+        except UnobservedMotionError:
+            continue
+        output, after = rest.step(state, 10 * DT, (0.2, 0.0, 0.1), [70] * count)
+        assert output.refusals == ()
+        assert np.isfinite(output.pose).all()
+        bridge.step(after, 11 * DT, (0.2, 0.0, 0.1), [77] * count)
+
+
+def test_the_time_of_day_as_a_clock_makes_no_command_stale():
+    bridge = Bridge(trundle.load("omni3"), timeout=0.1)
+    state = bridge.start(time=1.79e9)
+    for k in range(500):
+        output, state = bridge.step(state, 1.79e9 + k * DT, (0.3, 0.0, 0.0) if k % 5 == 0 else None)
+        assert output.twist == (0.3, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.uint16, np.int8, np.float32, float])
+def test_counts_may_be_numbers_of_any_whole_kind(kind):
+    bridge = Bridge(trundle.load("mecanum"), encoder=ENCODER, counter_bits=16)
+    state = bridge.start()
+    _, state = bridge.step(state, 0.1, counts=[kind(0)] * 4)
+    output, state = bridge.step(state, 0.2, counts=[kind(100)] * 4)
+    assert state.refused_counts == 0
+    assert output.pose[0] == pytest.approx(0.05 * 100 * ENCODER.radians_per_tick)
+
+
+class Hostile:
+    """An object that raises whatever one does with it."""
+
+    def __getattr__(self, name):
+        raise RuntimeError(name)
+
+    def __iter__(self):
+        raise KeyError
+
+    def __repr__(self):
+        raise OSError
+
+
+STRANGE = [
+    Hostile(),
+    [Hostile()] * 4,
+    (10**5000, 0, 0),
+    b"abcd",
+    {"u": 1.0, "v": 0.0, "r": 0.0},
+    {0.1, 0.2, 0.3},
+    (True, False, True),
+    (x for x in itertools.count()),
+    np.ma.masked_array([1.0, 2.0, 3.0], mask=[0, 1, 0]),
+    np.array([1 + 2j, 0, 0]),
+]
+
+
+@pytest.mark.parametrize("which", range(len(STRANGE)))
+def test_no_object_makes_a_step_raise(which):
+    strange = STRANGE[which]
+    bridge = Bridge(trundle.load("swerve"), encoder=ENCODER, counter_bits=None)
+    state = bridge.start()
+    for arguments in (
+        {"command": strange},
+        {"counts": strange},
+        {"counts": (1, 2, 3, 4), "steering": strange},
+    ):
+        output, _ = bridge.step(state, DT, **arguments)
+        assert len(output.refusals) == 1
+        assert len(output.refusals[0]) < 150
+    assert bridge.step(state, strange)[1].time == pytest.approx(state.time, abs=0.2)
+
+
+@pytest.mark.parametrize("dt", [0.15, 0.25, 0.4])
+def test_cycles_longer_than_a_ramp_goes_on_for_stop_in_time_too(dt):
+    bridge = Bridge(trundle.load("differential"), timeout=0.5, **LIMITS)
+    _, state = drive(bridge, [(1.0, 0.0, 0.0)] * 60, dt)
+    last, time = state.time, state.time
+    while any(state.twist):
+        time += dt
+        _, state = bridge.step(state, time)
+    assert time - last <= 0.5 + 1.0 / 2.0 + ROUNDING

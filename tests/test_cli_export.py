@@ -100,6 +100,26 @@ def test_out_may_name_the_file(trundle, tmp_path, form, path):
     assert (f"--param-file {path}" if form != "urdf" else f"trundle show {path}") in out
 
 
+@pytest.mark.parametrize("path", ["v1.5", "robot.v2", "there.d"])
+def test_a_folder_may_have_a_dot(trundle, tmp_path, path):
+    (tmp_path / "there.d").mkdir()
+    assert trundle("export", "omni4", "--to", "ros2_controllers", "--out", path)[0] == 0
+    assert (tmp_path / path / "omni4_controllers.yaml").is_file()
+
+
+@pytest.mark.parametrize("form", ["c", "urdf", "ros2_controllers"])
+def test_commands_and_files_are_in_one_line(trundle, monkeypatch, form):
+    """However narrow the terminal, and where there is none and 80 columns are taken for it."""
+    monkeypatch.setattr("trundle.cli.output.out._width", 80)
+    name = "a folder with a name that takes more than one line of eighty columns, of course"
+    _, out, _ = trundle("export", "mecanum", "--to", form, "--out", name)
+    wrote, commands = out.split("\n\nNext\n")
+    assert {line.partition(" ")[0] for line in wrote.splitlines()} == {"wrote"}
+    for line in commands.splitlines():
+        assert line.split()[0] in {"gcc", "less", "trundle", "ros2"}
+        assert f"'{name}{os.sep}" in line
+
+
 def test_a_robot_that_was_exported_as_urdf_is_read_back(trundle, ask):
     trundle("export", "mecanum", "--to", "urdf", "--out", "m.urdf")
     assert ask("show", "m.urdf")["wheel_matrix"] == ask("show", "mecanum")["wheel_matrix"]
@@ -122,23 +142,34 @@ def test_wild_names_stay_in_their_folder(trundle, tmp_path):
         (("omni4", "--to", "ros2_controler"), "did you mean 'ros2_controllers'?"),
         (("omni5", "--to", "c"), "no robot 'omni5'"),
         (("omni3", "--to", "ros2_controllers"), "clockwise at positive speed"),
-        (("swerve", "--to", "ros2_controllers"), "Try trundle export --to c"),
+        (("swerve", "--to", "ros2_controllers"), "Try trundle export swerve --to c"),
+        (("my swerve.toml", "--to", "ros2_controllers"), "trundle export 'my swerve.toml' --to c"),
+        (("omni4", "--to", "ros2_controllers", "--out", "x.txt"), "ends in .yaml or .yml, or a f"),
+        (("omni4", "--to", "urdf", "--out", "x.robot"), "a name that ends in .urdf or .xml, or a"),
+        (("omni4", "--to", "c", "--out", "x.txt"), "--to c needs a folder"),
         (("omni4", "--to", "urdf", "--max-jerk", 1), "--max-jerk belongs to firmware"),
         (("mecanum", "--to", "ros2_controllers", "--max-speed", 1), "max_speed would be lost"),
         (("omni4", "--to", "urdf", "--out", "x.yaml"), "a name that ends in .urdf or .xml, or a"),
         (("omni4", "--to", "c", "--out", "x.c"), "--to c needs a folder"),
-        (("omni4", "--to", "c", "--out", "file"), "nothing can be written there"),
-        (("omni4", "--to", "urdf", "--out", "file/x.urdf"), "nothing can be written there"),
+        (
+            ("omni4", "--to", "c", "--out", "file"),
+            "file: nothing can be written there: it is a file",
+        ),
+        (
+            ("omni4", "--to", "urdf", "--out", "file/x.urdf"),
+            "file: nothing can be written there: it is a file",
+        ),
         (("omni4", "--to", "c", "--set", "arm"), "--set needs SIZE=VALUE"),
     ],
 )
 def test_mistakes_are_told_in_one_line(trundle, tmp_path, args, told):
     (tmp_path / "file").write_text("a file, no folder\n")
+    save(load("swerve"), tmp_path / "my swerve.toml")
     code, out, err = trundle("export", *args)
     assert (code, out) == (2, "")
     assert told in " ".join(err.split())
     assert err.startswith("error: ")
-    assert {path.name for path in tmp_path.iterdir()} == {"file"}
+    assert {path.name for path in tmp_path.iterdir()} == {"file", "my swerve.toml"}
 
 
 @pytest.mark.parametrize("value", ["0", "-1", "nan", "inf", "fast"])

@@ -15,7 +15,7 @@ import pytest
 
 import trundle
 from trundle.bridge import Bridge, SimulatedRobot
-from trundle.cli.driving import MOVES, Desk, Hand
+from trundle.cli.driving import MOVES, Desk, Hand, idle_keys
 from trundle.cli.keys import keys_of
 from trundle.cli.live import Dashboard, Shown
 from trundle.cli.minimap import Canvas, Window, follow, outline
@@ -97,6 +97,97 @@ def test_encoders_of_the_robot_file_leave_counts(ask, tmp_path, monkeypatch):
     np.testing.assert_allclose(again["pose"], told["pose"], atol=1e-9)
 
 
+def test_counts_run_on_below_zero(ask, tmp_path, monkeypatch):
+    """A reversed wheel counts down from 0; who drives the log again need not know the counter."""
+    monkeypatch.chdir(tmp_path)
+    made = load("differential")
+    left, right, *others = made.with_wheels(encoder=Encoder(ticks_per_motor_turn=500)).wheels
+    left = dataclasses.replace(left, reversed=True)
+    trundle.robot.save(dataclasses.replace(made, wheels=(left, right, *others)), "mine.toml")
+    told = ask("teleop", "mine.toml", "--play", "i:1 l:1 m:1", "--out", "drive")
+    again = ask("odometry", "mine.toml", "drive/log.csv")
+    np.testing.assert_allclose(again["pose"], told["pose"], atol=1e-9)  # rounding of sums
+    column = np.loadtxt("drive/log.csv", delimiter=",", skiprows=1)[:, 4]
+    assert column.min() < 0
+    assert np.abs(np.diff(column)).max() < 100  # 1 m/s of a wheel of 5 cm: 32 ticks in a cycle
+
+
+def test_a_speed_beyond_the_limit_is_capped_and_told(ask, trundle):
+    told = ask("teleop", "differential", "--play", "i:3", "--speed", 5)
+    most = ask("teleop", "differential", "--play", "i:3", "--speed", 1)
+    assert told["truth"] == most["truth"]
+    assert told["notes"] == ["--speed 5 is beyond --max-speed: keys drive at 1 m/s"]
+    assert most["notes"] == []
+    _, out, _ = trundle("teleop", "differential", "--play", "i:0.1", "--speed", 5)
+    assert told["notes"][0] in out
+
+
+def test_plus_ends_at_the_limit(ask):
+    played = "+ + + + + + + + + i:0.1"  # 0.5 m/s is doubled by seven and a bit of 1.1
+    told = ask("teleop", "differential", "--play", played)
+    assert told["notes"] == ["the speed is as high as it may be: + does nothing"]
+    assert ask("teleop", "differential", "--play", "+ + i:0.1")["notes"] == []
+    hand = Hand(speed=0.5, turn=1.0, timeout=TIMEOUT, most=2.0)
+    for _ in range(20):
+        hand = hand.press("+", 0.0)
+    assert hand.press("i", 0.0).command == (1.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("robot", "played", "notes"),
+    [
+        ("differential", "i:0.1 J:0.1 L:0.1", ["move sideways: J, L, q, e do nothing"]),
+        ("differential", "i:0.1 U:0.1", []),
+        ("bicycle", "left:0.1 q:0.1",
+         ["turn on the spot: j, l, left, right, a, d do nothing",
+          "move sideways: J, L, q, e do nothing"]),
+        ("mecanum", "J:0.1 q:0.1 j:0.1 k:0.1", []),
+    ],
+)  # fmt: skip
+def test_keys_that_do_nothing_are_told(ask, robot, played, notes):
+    told = ask("teleop", robot, "--play", played)
+    assert told["notes"] == [f"{robot} cannot {note}" for note in notes]
+
+
+def test_a_wheel_that_drags_turns_too_little(ask):
+    """Below 0, 1 - slip is what the floor passes for a turn: 1.5 m for each metre that is told."""
+    slips = ("--slip", "left=-0.5", "--slip", "right=-0.5")
+    told = ask("teleop", "differential", "--play", "i:2", *slips)
+    # 1.4 m are told for a drive of 2.1 m or so, each within the noise of millimetres.
+    assert told["truth"][0] == pytest.approx(1.5 * told["pose"][0], rel=0.02)
+
+
+def test_the_help_tells_what_a_negative_slip_is(trundle):
+    assert "Below 0 it drags" in " ".join(trundle("teleop", "--help")[1].split())
+
+
+def test_the_command_for_the_log_is_in_one_line(trundle, tmp_path, monkeypatch):
+    target = tmp_path / ("a folder with a long name " * 4)
+    monkeypatch.setattr("trundle.cli.output.out._width", 80)
+    _, out, _ = trundle("teleop", "differential", "--play", "i:0.1", "--out", target)
+    lines = [line.strip() for line in out.splitlines()]
+    assert str(target / "run.csv") in lines
+    assert f"trundle odometry differential '{target / 'log.csv'}'  drives the log again" in lines
+
+
+def test_an_interrupted_picture_leaves_the_drive(ask, tmp_path, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("trundle.view.plot_path", interrupt)
+    told = ask("teleop", "differential", "--play", "i:0.1", "--out", tmp_path / "drive")
+    assert told["files"] == [str(tmp_path / "drive" / name) for name in ("run.csv", "log.csv")]
+
+
+def test_a_file_is_no_folder(trundle, tmp_path):
+    (tmp_path / "afile").write_text("")
+    code, _, err = trundle("teleop", "omni3", "--play", "i:0.2", "--out", tmp_path / "afile")
+    assert code == 2
+    assert "afile: nothing can be written there: it is a file, not a folder" in " ".join(
+        err.split()
+    )
+
+
 def test_a_drive_is_not_overwritten(trundle, tmp_path):
     target = tmp_path / "drive"
     assert trundle("teleop", "omni3", "--play", "i:0.2", "--out", target)[0] == 0
@@ -135,6 +226,25 @@ def test_mistakes_are_told(trundle, arguments, message):
     assert code == 2
     assert message in " ".join(err.split())
     assert out == ""
+
+
+_INTERRUPTED_IMPORT = """
+import sys
+from trundle.cli import main
+class Interrupt:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupt())
+main()
+"""
+
+
+def test_an_interrupt_while_all_is_loaded_is_no_traceback():
+    done = subprocess.run(
+        [sys.executable, "-c", _INTERRUPTED_IMPORT], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
 
 
 # ---- keys -----------------------------------------------------------------------------------
@@ -188,7 +298,7 @@ def driven(name, seconds=1.0, command=(0.5, 0.2, 0.4)):
     desk = Desk(
         Bridge(robot, encoder=ENCODER, max_acceleration=1.0), SimulatedRobot(robot, encoder=ENCODER)
     )
-    view = Dashboard(robot, [10.0] * len(robot.driven), True, ENCODER)
+    view = Dashboard(robot, [10.0] * len(robot.driven), ENCODER)
     for k in range(1, round(50 * seconds) + 1):
         view.note(desk.cycle(k / 50, command), k / 50)
     hand = Hand(speed=0.5, turn=1.0, timeout=TIMEOUT)
@@ -262,6 +372,61 @@ def test_what_the_robot_does_is_told(command, stale, twist, word):
         state=shown.state._replace(command=command),
     )
     assert f" {word} " in view.lines(shown, 80, 24)[0].plain
+
+
+def shown_at(view, shown, time, width=80):
+    """Return the lines that are shown at another time."""
+    shown = dataclasses.replace(shown, state=shown.state._replace(time=time))
+    return [line.plain.rstrip() for line in view.lines(shown, width, 24)]
+
+
+def test_keys_that_do_nothing_are_told_until_that_is_read():
+    view, shown = driven("differential")
+    assert [view.idle(key) for key in ("i", "U", "+", "k", "x", "suspend")] == [""] * 6
+    assert view.idle("z") == "z does nothing"
+    assert view.idle("\x01") == "'\\x01' does nothing"
+    view.tell(view.idle("J"), 1.0)
+    told = "differential cannot move sideways: J, L, q, e do nothing"
+    assert shown_at(view, shown, 2.0)[-2] == f" {told}"
+    later = shown_at(view, shown, 9.0)
+    assert later[-2].endswith("let go to stop")
+    assert "sideways" not in later[-1]
+
+
+def test_a_robot_is_not_offered_what_it_cannot_do():
+    assert idle_keys(load("mecanum")) == {}
+    view, shown = driven("bicycle")
+    assert "turn" not in shown_at(view, shown, 1.0)[-1]
+
+
+def test_the_speed_at_its_limit_is_told():
+    view, shown = driven("omni3")
+    assert "the most" not in shown_at(view, shown, 1.0)[-2]
+    shown = dataclasses.replace(shown, hand=dataclasses.replace(shown.hand, most=1.0))
+    assert "0.5 m/s, 1 rad/s, the most" in shown_at(view, shown, 1.0)[-2]
+
+
+@pytest.mark.parametrize("width", [60, 20])
+def test_how_to_quit_is_told_where_it_is_narrow(width):
+    view, shown = driven("mecanum")
+    assert shown_at(view, shown, 1.0, width)[-1].startswith(" x quit")
+
+
+@pytest.mark.parametrize(
+    ("slipping", "told"),
+    [
+        (["front_left"], "front_left"),
+        (["front_left", "front_right", "rear_left"], "3 of 4 wheels"),
+        (["front_left", "front_right", "rear_left", "rear_right"], "4 of 4 wheels"),
+        ([], "none"),
+    ],
+)
+def test_slipping_wheels_are_told_or_counted(slipping, told):
+    view, shown = driven("mecanum")
+    odometry = shown.output.odometry._replace(slipping=tuple(slipping))
+    view.note(shown.output._replace(odometry=odometry), 1.0)
+    (line,) = [line for line in shown_at(view, shown, 1.0) if " SLIP " in line]
+    assert line.endswith(f" {told}")
 
 
 # ---- the map --------------------------------------------------------------------------------
@@ -404,8 +569,7 @@ def test_keys_of_a_real_terminal_drive_the_robot(terminal, tmp_path):
     shell.wait(re.escape("\x1b[?1049l") + r"[\s\S]*" + re.escape("\x1b[?1049h"))
     shell.wait("at rest")
     shell.type("x")
-    shell.wait("where it is")
-    shell.wait(r"drives\s+the\s+log\s+again")
+    shell.wait(r"where it is[\s\S]*drives the log again")
     assert shell.end() == 0
     run = trundle.simulation.Run.load(tmp_path / "drive" / "run.csv")
     assert run.pose[-1, 0] > 0.05
@@ -454,3 +618,63 @@ def test_a_terminal_that_goes_away_ends_the_drive_and_keeps_it(terminal, tmp_pat
     finally:
         shell.master = os.open(os.devnull, os.O_RDONLY)
     assert trundle.simulation.Run.load(tmp_path / "drive" / "run.csv").pose[-1, 0] > 0
+
+
+_SIGNALS_WHILE_WRITING = """
+import os, signal
+from trundle.cli import teleop
+leave = teleop._leave
+def bombarded(*given):
+    for number in (signal.SIGINT, signal.SIGHUP, signal.SIGTERM) * 2:
+        os.kill(os.getpid(), number)
+    return leave(*given)
+teleop._leave = bombarded
+"""
+
+
+@needs_terminal
+@pytest.mark.parametrize(("end", "code"), [("\x03", 0), (signal.SIGHUP, 129)])
+def test_signals_while_the_files_are_written_lose_nothing(terminal, tmp_path, end, code):
+    """Ctrl-C twice in a hurry; a terminal that closes and a shell that passes it on."""
+    shell = terminal("differential", "--out", tmp_path / "drive", before=_SIGNALS_WHILE_WRITING)
+    shell.wait("press a key")
+    shell.wait("driving", press="i")
+    if isinstance(end, str):
+        shell.type(end)
+    else:
+        shell.process.send_signal(end)
+    shell.wait(re.escape("\x1b[?1049l"))
+    assert shell.process.wait(PATIENCE) == code
+    assert trundle.simulation.Run.load(tmp_path / "drive" / "run.csv").pose[-1, 0] > 0
+    assert (tmp_path / "drive" / "log.csv").stat().st_size > 100
+
+
+@needs_terminal
+def test_a_drive_that_does_not_listen_is_interrupted_and_kept(terminal, tmp_path):
+    stuck = (
+        "import time; from trundle.cli.live import Screen; "
+        "Screen.draw = lambda *_: (print('stuck', flush=True), time.sleep(60)); "
+    )
+    shell = terminal("differential", "--out", tmp_path / "drive", before=stuck)
+    shell.wait("stuck")
+    for _ in range(3):
+        shell.process.send_signal(signal.SIGTERM)
+        time.sleep(0.2)  # one by one
+    shell.wait("where it is")
+    assert shell.end() == 143
+    assert (tmp_path / "drive" / "log.csv").exists()
+
+
+@needs_terminal
+def test_unknown_keys_are_told(terminal):
+    shell = terminal("differential", "--speed", "5")
+    shell.wait("--speed 5 is beyond --max-speed: keys drive at 1 m/s")
+    shell.type("z")
+    shell.wait("z does nothing")
+    shell.type("J")
+    shell.wait("cannot move sideways: J, L, q, e do nothing")
+    shell.type("+")
+    shell.wait("2 rad/s.*, the most")
+    shell.type("x")
+    shell.wait("keys drive at 1 m/s")
+    assert shell.end() == 0

@@ -314,6 +314,17 @@ def test_counters_of_sixteen_bits_wrap_around(first: int, signed: bool, log_file
         read_log(path, CART, counter_bits=8)
 
 
+def test_a_counter_of_32_bits_that_wraps_is_told(log_file: WriteLog) -> None:
+    """A wheel that turns back from 0 counts 4294967295; of 33 bits, such a row is a row."""
+    back = np.mod(running(-TICKS), 2**32)
+    path = log_file(lines("counts", back))
+    with pytest.raises(FileError, match=r"leaps by 42949.* ticks in one row; say counter_bits=32"):
+        read_log(path, CART)
+    log = read_log(path, CART, counter_bits=32)
+    np.testing.assert_allclose(log.wheel_increments, -TICKS * PER_TICK, atol=1e-9)
+    read_log(log_file(lines("counts", back + 2**32)), CART)
+
+
 def test_a_file_without_a_header(log_file: WriteLog) -> None:
     path = log_file("0,9,0,0\n0.1,9,1,2\n0.2,9,3,4\n")
     log = read_log(path, CART, columns=["time", "-", "ticks:right", "ticks:left"])

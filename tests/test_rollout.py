@@ -32,7 +32,7 @@ from trundle import (
     rollout,
     simulate,
 )
-from trundle.simulation.rollout import cpu
+from trundle.simulation.rollout import keeping
 from trundle.simulation.rollout import prepared as prepared_calls
 
 HAS_NUMBA = importlib.util.find_spec("numba") is not None
@@ -557,8 +557,8 @@ def test_poses_are_kept_alike_wherever_they_go(count, dtype):
         MECANUM, Constant(speeds), dt=DT, steps=40, save=Every(2), dtype=dtype, device="cpu"
     )
     wanted = prepared().buffer
-    assert wanted.nbytes < cpu._BEYOND_CACHES
-    steps = 2 * -(-cpu._BEYOND_CACHES // wanted[0].nbytes)
+    assert wanted.nbytes < keeping._BEYOND_CACHES
+    steps = 2 * -(-keeping._BEYOND_CACHES // wanted[0].nbytes)
     large = compile_rollout(
         MECANUM, Constant(speeds), dt=DT, steps=steps, save=Every(2), dtype=dtype, device="cpu"
     )

@@ -93,7 +93,7 @@ def cases():
 
     def add(name, recipe, commands, shared=(), own=(), every=0):
         for dtype in DTYPES:
-            made = replace(recipe, dtype=dtype)
+            made = replace(recipe, dtype=dtype, keeps=every > 0)
             state = np.zeros((made.state, ROBOTS), dtype)
             state[:3] = poses
             given = Arguments(

@@ -548,6 +548,21 @@ def test_wild_names_stay_texts_and_are_told():
     assert largest_error(robot) < PRINTED
 
 
+def test_a_wheels_name_stays_as_it_is_in_a_comment():
+    text = ros2_controllers(changed(DIFFERENTIAL, "left", name="*/ \\"))
+    assert r"wheel '*/ \' is called wheel" in text
+    text = ros2_controllers(changed(DIFFERENTIAL, "left", name="a\n- b", reversed=True))
+    assert r"backwards at 'a\x0a- b', which" in text
+
+
+def test_wheels_that_are_not_in_the_file_are_not_told():
+    caster = CasterWheel(name="ball & pin", x=0.1, y=0.0, radius=0.02)
+    robot = dataclasses.replace(DIFFERENTIAL, wheels=(*DIFFERENTIAL.wheels, caster))
+    assert ros2_controllers(robot) == ros2_controllers(DIFFERENTIAL)
+    steered = changed(TRICYCLE, "front", name="front & only")
+    assert "wheel 'front & only' is called front_only" in ros2_controllers(steered)
+
+
 def every_text() -> Iterator[str]:
     for robot in FITTING.values():
         yield ros2_controllers(robot)

@@ -10,7 +10,7 @@ from trundle.bridge.drive import Drive, Driver
 from trundle.bridge.odometer import Odometer
 from trundle.bridge.output import Output
 from trundle.bridge.state import State
-from trundle.bridge.units import Counters, Numbers, Units
+from trundle.bridge.units import Counters, Numbers, Units, items, shown
 from trundle.errors import ShapeError, TrundleError, did_you_mean
 from trundle.kinematics import finite
 from trundle.limits import Twist, TwistLimits, limit_names
@@ -20,6 +20,8 @@ from trundle.robot import Encoder, Quantity, Robot
 _BEYOND = 1000.0
 # A command is late when it is by more than this share of the timeout, which rounding is not.
 _ROUNDING = 1e-9
+# Nor is it by so many times what the time's own digits leave open.
+_DIGITS = 4.0
 # A clock that goes back by more than this has been set anew [s].
 _BACK = 1.0
 
@@ -75,6 +77,8 @@ class Bridge:
     ) -> None:
         if not isinstance(robot, Robot):
             raise TrundleError(f"a bridge needs a Robot, such as load(...) gives, got {robot!r}")
+        if not isinstance(encoder, Encoder | None):
+            raise TrundleError(f"encoder must be an Encoder or None, got {encoder!r}")
         self._settings: dict[str, Any] = {
             "timeout": timeout,
             "encoder": encoder,
@@ -90,17 +94,17 @@ class Bridge:
             if name not in limit_names():
                 raise TrundleError(f"a bridge has no {name!r}{did_you_mean(name, known)}")
         self.robot, self.limits = robot, TwistLimits(**limits)
-        self.timeout = _positive("timeout", timeout, "s")
-        self.max_interval = _positive("max_interval", max_interval, "s")
+        self.timeout = _sound("timeout", timeout, "s")
+        self.max_interval = _sound("max_interval", max_interval, "s")
         self.left_out = _names(robot, without)
         self._driver = Driver(robot, self.limits)
         self._units = Units(robot, encoder)
         self._odometer = Odometer(
             robot,
             Counters(robot, encoder, counter_bits, self.left_out),
-            _positive("wheel_noise", wheel_noise, "m"),
-            _positive("steering_noise", steering_noise, "m"),
-            _positive("slip_threshold", slip_threshold, ""),
+            _sound("wheel_noise", wheel_noise, "m", zero=True),
+            _sound("steering_noise", steering_noise, "m", zero=True),
+            _sound("slip_threshold", slip_threshold),
             self.left_out,
         )
 
@@ -174,7 +178,7 @@ class Bridge:
             good = _good(command, 3, _BEYOND)
             if good is None:
                 refused += 1
-                refusals.append(f"command {command!r}: not three numbers up to {_BEYOND:g}")
+                refusals.append(f"command {shown(command)}: not three numbers up to {_BEYOND:g}")
             else:
                 (u, v, r), asked_at = good, now
                 asked = u, v, r
@@ -184,7 +188,7 @@ class Bridge:
             if steering is not None:
                 measured = _good(steering, len(angles), _BEYOND)
                 if measured is None:
-                    refusals.append(f"steering {steering!r}: not {len(angles)} angles")
+                    refusals.append(f"steering {shown(steering)}: not {len(angles)} angles")
                 angles = angles if measured is None else measured
             known = self._odometer.step(known, now, counts, angles, refusals)
         u, v, r = drive.change
@@ -199,11 +203,11 @@ class Bridge:
         self, state: State, asked: Twist, asked_at: float, now: float, elapsed: float
     ) -> tuple[Drive, bool]:
         """Return what the wheels are told, and whether the command is stale."""
-        dt = min(elapsed, self.max_interval)
         # What is told holds until the next cycle, which is as far away as the last one.
-        late = now - asked_at + dt - self.timeout
-        if now > asked_at and late > _ROUNDING * self.timeout:
+        late = now - asked_at + elapsed - self.timeout
+        if now > asked_at and late > _ROUNDING * self.timeout + _DIGITS * math.ulp(now):
             return self._driver.brake(state.twist, state.steering, min(elapsed, late)), True
+        dt = min(elapsed, self.max_interval)
         u, v, r = state.rate
         last = u * dt, v * dt, r * dt
         return self._driver.step(state.twist, last, state.steering, asked, dt), False
@@ -237,7 +241,7 @@ def _clock(state: State, time: Any, usual: float, refusals: list[str]) -> tuple[
     now = time if type(time) is float else (_good((time,), 1, math.inf) or (math.nan,))[0]
     if state.time <= now < math.inf:
         return now, now - state.time, False
-    refusals.append(f"time {time!r}: not a time after {state.time:g} s")
+    refusals.append(f"time {shown(time)}: not a time after {state.time:g} s")
     if state.time - _BACK <= now <= state.time:
         return state.time, 0.0, False
     cycle = state.cycle or usual
@@ -249,10 +253,8 @@ def _clock(state: State, time: Any, usual: float, refusals: list[str]) -> tuple[
 def _good(values: Any, count: int, largest: float) -> Numbers | None:
     """Return so many numbers of at most a size as floats, or None."""
     try:
-        given = values if type(values) is tuple else getattr(values, "tolist", lambda: values)()
-        # Texts are no numbers, although float() reads them; adding 0.0 tells them apart.
-        found = tuple([float(value + 0.0) for value in given])
-    except (TypeError, ValueError, OverflowError, AttributeError):
+        found = tuple([x if type(x) is float else _number(x) for x in items(values, count)])
+    except Exception:  # noqa: BLE001 - whatever a stranger's object raises, it is refused
         return None
     if len(found) != count:
         return None
@@ -262,13 +264,20 @@ def _good(values: Any, count: int, largest: float) -> Numbers | None:
     return found
 
 
-def _positive(name: str, value: Any, unit: str) -> float:
-    """Return a setting that must be a positive number.
+def _number(value: Any) -> float:
+    """Return a number as a float; texts and truth values are none, although float() reads them."""
+    if isinstance(value, str | bytes | bool):
+        raise TypeError
+    return float(value)
+
+
+def _sound(name: str, value: Any, unit: str = "", zero: bool = False) -> float:
+    """Return a setting that must be a positive number, or not negative where it may be zero.
 
     Raises:
         TrundleError: it is not.
     """
-    if fault := Quantity(unit=unit, positive=True).fault(value):
+    if fault := Quantity(unit=unit, positive=not zero, nonnegative=True).fault(value):
         raise TrundleError(f"{name} {fault}")
     return float(value)
 
@@ -291,7 +300,7 @@ def _names(robot: Robot, without: Iterable[str]) -> frozenset[str]:
     Raises:
         TrundleError: the robot has no such sensed wheel.
     """
-    names = frozenset((without,) if isinstance(without, str) else without)
+    names = frozenset((without,) if isinstance(without, str) else without or ())
     known = [wheel.name for wheel in robot.sensed]
     for name in sorted(names - set(known)):
         raise TrundleError(

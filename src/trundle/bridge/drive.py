@@ -62,12 +62,12 @@ class Driver:
             twist = twist[0] / share, twist[1] / share, twist[2] / share
         return twist, why
 
-    def step(self, twist: Twist, change: Twist, steering: Angles, asked: Twist, dt: float) -> Drive:
+    def step(self, twist: Twist, last: Twist, steering: Angles, asked: Twist, dt: float) -> Drive:
         """Return the next cycle's drive towards the twist asked.
 
         Args:
             twist: the present twist.
-            change: what it changed by in the cycle before, at this cycle's length.
+            last: what it changed by in the cycle before, at this cycle's length.
             steering: the present inputs of the steering [rad].
             asked: the twist wanted.
             dt: the cycle [s].
@@ -76,19 +76,24 @@ class Driver:
         wanted = self._ramp.until(twist, target)
         step = self._ramp.towards(twist, wanted, dt, self._wheel_time)
         if self._ramp.jerks:
-            smooth = self._ramp.smooth(step, wanted, change, dt)
+            smooth = self._ramp.smooth(step, wanted, STILL if twist == STILL else last, dt)
             if _differ(smooth, step):
                 why.append("jerk")
-                step = self._within(twist, smooth, dt)
+                step = self._within(twist, smooth, target, dt)
+            elif step is not wanted:
+                why.append("acceleration")
         elif step is not wanted:
             why.append("acceleration")
         return self._steered(twist, target, step, steering, dt, why)
 
     def brake(self, twist: Twist, steering: Angles, dt: float) -> Drive:
-        """Return the next cycle's drive on the way to rest, at the deceleration and no less."""
+        """Return the next cycle's drive on the way to rest, at the deceleration and no less.
+
+        It tells of no change: a ramp with limited jerk begins anew after it.
+        """
         back = -twist[0], -twist[1], -twist[2]
         step = self._ramp.towards(twist, back, dt, self._wheel_time)
-        return Drive(_sum(twist, step), step, steering, ())
+        return Drive(_sum(twist, step), STILL, steering, ())
 
     def _straighter(self, twist: Twist, steering: Angles) -> Twist:
         """Return the twist with as much of its yaw rate as the steering ranges allow, or rest."""
@@ -98,15 +103,23 @@ class Driver:
                 return turned
         return STILL
 
-    def _within(self, twist: Twist, step: Twist, dt: float) -> Twist:
+    def _within(self, twist: Twist, step: Twist, target: Twist, dt: float) -> Twist:
         """Return a step that keeps the other limits, where one that spares the jerk does not.
 
-        So it is where a new command comes in the middle of a ramp.
+        So it is where a new command comes in the middle of a ramp. Nor does such a step go beyond
+        zero on an axis where the target does not lie there: a robot that brakes and is told to go
+        on must not first drive back.
         """
         end = _sum(twist, step)
         share = max(self._ramp.share(end), self.wheels.share(end))
         if share > 1.0 + _ROUNDING:
             step = end[0] / share - twist[0], end[1] / share - twist[1], end[2] / share - twist[2]
+            end = _sum(twist, step)
+        share = 1.0
+        for now, then, goal in zip(twist, end, target, strict=True):
+            if (then < 0.0 <= now and goal >= 0.0) or (then > 0.0 >= now and goal <= 0.0):
+                share = min(share, now / (now - then))
+        step = share * step[0], share * step[1], share * step[2]
         return self._ramp.towards(twist, step, dt, self._wheel_time)
 
     def _steered(
@@ -154,8 +167,8 @@ class Driver:
         self, twist: Twist, step: Twist, share: float, steering: Angles, dt: float
     ) -> Angles | None:
         """Return the inputs after a share of a step, or None where they cannot get there."""
-        end = twist[0] + share * step[0], twist[1] + share * step[1], twist[2] + share * step[2]
-        aimed = self.wheels.aim(end, steering)
+        part = share * step[0], share * step[1], share * step[2]
+        aimed = self.wheels.aim(_sum(twist, part), steering)
         if aimed is None:
             return None
         for now, to, rate in zip(steering, aimed, self._rates, strict=True):

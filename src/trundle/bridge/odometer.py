@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from trundle.bridge.slip import SlipWatch
 from trundle.bridge.uncertainty import make_resolution, make_tracker
-from trundle.bridge.units import Counters, Numbers
+from trundle.bridge.units import Counters, Numbers, shown
 from trundle.limits import STILL, Twist
 from trundle.robot import Robot
 
@@ -30,6 +30,7 @@ class Odometry(NamedTuple):
         moved_spread: upper triangle of the covariance of what the body moved by in it.
         interval: its length [s].
         slip: what the search for slipping wheels remembers.
+        without: which wheels it left out.
         slipping: names of the wheels that disagree.
         residuals: (k) mismatch of the sensed wheels with the velocity [m/s].
         refused: how many readings were refused.
@@ -43,7 +44,8 @@ class Odometry(NamedTuple):
     velocity: Twist = STILL
     moved_spread: Numbers = _NONE
     interval: float = 1.0
-    slip: Any = None
+    slip: Numbers = ()
+    without: frozenset[str] = frozenset()
     slipping: tuple[str, ...] = ()
     residuals: Numbers = ()
     refused: int = 0
@@ -61,7 +63,7 @@ class Odometer:
         slip_threshold: float,
         without: frozenset[str],
     ) -> None:
-        self._counters = counters
+        self._counters, self._without = counters, without
         self._steered = len(robot.steered)
         self._track = make_tracker(
             robot, wheel_noise, steering_noise, without, counters.resolutions
@@ -74,7 +76,14 @@ class Odometer:
 
     def start(self, time: float, pose: Pose, angles: Numbers) -> Odometry:
         """Return what is known before the first reading."""
-        return Odometry(time, angles, pose=pose, slip=self._slip.start, residuals=self._still)
+        return Odometry(
+            time,
+            angles,
+            pose=pose,
+            slip=self._slip.start,
+            without=self._without,
+            residuals=self._still,
+        )
 
     def step(
         self, last: Odometry, time: float, counts: Any, angles: Numbers, refusals: list[str]
@@ -96,14 +105,16 @@ class Odometer:
             return last  # the next reading makes it good
         turned = self._counters.turned(last.counts, read)
         if not self._counters.plausible(turned, interval):
-            refusals.append(f"counts {counts!r}: the wheels cannot have turned so far since")
+            refusals.append(f"counts {shown(counts)}: the wheels cannot have turned so far since")
             refused = last.refused + 1
             return last._replace(time=time, angles=angles, counts=read, refused=refused)
         middle = angles
         if angles != last.angles:
             middle = tuple([0.5 * (a + b) for a, b in zip(last.angles, angles, strict=True)])
         told = self._track(*last.pose, *last.spread, *turned, *middle)
-        slip, slipping, residuals = self._slip.step(last.slip, turned, middle, interval)
+        # What another choice of wheels has seen says nothing of these.
+        memory = last.slip if last.without == self._without else self._slip.start
+        slip, slipping, residuals = self._slip.step(memory, turned, middle, interval)
         x, y, psi = told[:3]
         dx, dy, dpsi = told[9:12]
         return Odometry(
@@ -116,6 +127,7 @@ class Odometer:
             told[12:],
             interval,
             slip,
+            self._without,
             slipping,
             residuals,
             last.refused,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from trundle.limits import steering_groups
 from trundle.robot import Robot
 
 Numbers = tuple[float, ...]
@@ -20,10 +21,7 @@ class Servos:
     """
 
     def __init__(self, robot: Robot) -> None:
-        groups: dict[str, list[int]] = {}
-        for i, wheel in enumerate(robot.steered):
-            groups.setdefault(wheel.steering_group or f"\0{wheel.name}", []).append(i)
-        self._groups = tuple(map(tuple, groups.values()))
+        self._groups = steering_groups(robot)
         self._ranges = tuple(wheel.steering_range for wheel in robot.steered)
         self._rates = tuple(wheel.steering_rate for wheel in robot.steered)
 

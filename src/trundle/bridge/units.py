@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+import operator
+from collections.abc import Iterable, Mapping, Sequence, Set
 from typing import Any
+
+import numpy as np
 
 from trundle.errors import TrundleError
 from trundle.robot import Encoder, Robot
@@ -14,6 +18,10 @@ from trundle.robot import Encoder, Robot
 _IMPLAUSIBLE = 2.0
 
 _RPM = 60.0 / math.tau
+# Counters that do not wrap around count up to this.
+_LARGEST = 1 << 53
+# Characters of a refused value that are told.
+_WORDS = 60
 
 Numbers = tuple[float, ...]
 
@@ -61,9 +69,9 @@ class Counters:
     def __init__(
         self, robot: Robot, encoder: Encoder | None, bits: int | None, without: frozenset[str]
     ) -> None:
-        if bits is not None and not (isinstance(bits, int) and 8 <= bits <= 64):
+        if bits is not None and not (isinstance(bits, int | np.integer) and 8 <= bits <= 64):
             raise TrundleError(f"counter_bits must be from 8 to 64, or None, got {bits!r}")
-        self._turns = 0 if bits is None else 1 << bits
+        self._turns = 0 if bits is None else 1 << int(bits)
         self._read = tuple(wheel.name not in without for wheel in robot.sensed)
         encoders = [wheel.encoder or encoder for wheel in robot.sensed]
         self.resolutions = tuple(0.0 if e is None else e.radians_per_tick for e in encoders)
@@ -84,20 +92,19 @@ class Counters:
         Counters may be shown signed or unsigned. Wheels that are not read show 0.
         """
         try:
-            values = tuple(counts.tolist() if hasattr(counts, "tolist") else counts)
-        except TypeError:
+            values = tuple(items(counts, len(self._read)))
+            found = [
+                value if type(value) is int else _whole(value) if read else 0
+                for value, read in zip(values, self._read, strict=True)
+            ]
+        except Exception:  # noqa: BLE001 - whatever a stranger's object raises, it is refused
             return None
-        if len(values) != len(self._read) or self.missing:
+        if self.missing:
             return None
-        low, high = (-self._turns // 2, self._turns) if self._turns else (-math.inf, math.inf)
-        found = []
-        for value, read in zip(values, self._read, strict=True):
-            whole = value if type(value) is int else _whole(value)
-            if not read:
-                whole = 0
-            elif whole is None or not (low <= whole < high):
+        low, high = (-self._turns // 2, self._turns) if self._turns else (-_LARGEST, _LARGEST)
+        for value in found:
+            if not low <= value < high:
                 return None
-            found.append(whole)
         return tuple(found)
 
     def fault(self, counts: Any) -> str:
@@ -105,7 +112,7 @@ class Counters:
         if self.missing:
             return f"counts: no encoder is known of {', '.join(map(repr, self.missing))}"
         wide = f"of {self._turns.bit_length() - 1} bits" if self._turns else ""
-        return f"counts {counts!r}: not {len(self._read)} whole numbers {wide}".rstrip()
+        return f"counts {shown(counts)}: not {len(self._read)} whole numbers {wide}".rstrip()
 
     def turned(self, before: tuple[int, ...], now: tuple[int, ...]) -> Numbers:
         """Return the turns [rad] of the wheels between two readings.
@@ -126,7 +133,41 @@ class Counters:
         return True
 
 
-def _whole(value: Any) -> int | None:
-    if isinstance(value, float) and value.is_integer():
-        return int(value)
-    return None
+def _whole(value: Any) -> int:
+    """Return a whole number.
+
+    Raises:
+        TypeError: it is none.
+    """
+    if isinstance(value, bool):
+        raise TypeError
+    try:
+        return operator.index(value)
+    except TypeError:
+        if float(value).is_integer() and not isinstance(value, str | bytes):
+            return int(value)
+        raise
+
+
+def items(values: Any, count: int) -> Iterable[Any]:
+    """Return the items of a list, tuple, array or the like, at most one more than wanted.
+
+    Raises:
+        TypeError: there is no order in it, or it is a text.
+    """
+    if type(values) is tuple:
+        return values
+    if isinstance(values, str | bytes | bytearray | Mapping | Set):
+        raise TypeError
+    if hasattr(values, "tolist"):
+        values = values.tolist()
+    return itertools.islice(values, count + 1)
+
+
+def shown(value: Any) -> str:
+    """Return a value in words, not too many of them."""
+    try:
+        text = repr(value)
+    except Exception:  # noqa: BLE001 - a stranger's object
+        text = f"of type {type(value).__name__}"
+    return text if len(text) <= _WORDS else f"{text[: _WORDS - 3]}..."

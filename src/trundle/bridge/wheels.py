@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from math import atan2, cos, floor, hypot, pi, sin
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from trundle.kinematics import (
     rolling_matrix,
     side_slip_matrix,
 )
-from trundle.limits import Twist
+from trundle.limits import Twist, per, steering_inputs
 from trundle.robot import Robot
 from trundle.se2 import Array
 
@@ -31,21 +30,6 @@ _DIGITS = 14
 _STANDS = 1e-12
 # Angles at a steering limit may exceed it by rounding [rad].
 _AT_LIMIT = 1e-9
-
-
-class Input(NamedTuple):
-    """A steering input: one wheel, or a group that is steered together.
-
-    Attributes:
-        members: steered wheels, by their place among them, each with its ratio +1 or -1.
-        low, high: range in which all members keep their limits [rad].
-        rate: largest rate [rad/s]; infinite without a limit.
-    """
-
-    members: tuple[tuple[int, float], ...]
-    low: float
-    high: float
-    rate: float
 
 
 def feasible_map(robot: Robot) -> Array:
@@ -63,42 +47,10 @@ def feasible_map(robot: Robot) -> Array:
     return Kinematics(robot).feasible.round(_DIGITS)
 
 
-def inputs(robot: Robot) -> tuple[Input, ...]:
-    """Return the steering inputs of a robot, in the order of their first wheels.
-
-    Raises:
-        TrundleError: a steering ratio is neither 1 nor -1.
-    """
-    groups: dict[str, list[int]] = {}
-    for i, wheel in enumerate(robot.steered):
-        groups.setdefault(wheel.steering_group or f"\0{wheel.name}", []).append(i)
-    return tuple(_input(robot, members) for members in groups.values())
-
-
-def _input(robot: Robot, members: list[int]) -> Input:
-    low, high, rate = -math.inf, math.inf, math.inf
-    for i in members:
-        wheel = robot.steered[i]
-        if abs(wheel.steering_ratio) != 1:
-            raise TrundleError(
-                f"wheel {wheel.name!r}: a bridge steers linked wheels with steering_ratio 1 or "
-                f"-1, got {wheel.steering_ratio:g}"
-            )
-        ends = sorted(end * wheel.steering_ratio for end in wheel.steering_range)
-        low, high = max(low, ends[0]), min(high, ends[1])
-        rate = min(rate, math.inf if wheel.steering_rate is None else wheel.steering_rate)
-    return Input(tuple((i, robot.steered[i].steering_ratio) for i in members), low, high, rate)
-
-
 def _program(name: str, matrix: Array) -> Callable[..., tuple[float, ...]]:
     """Return the function (u, v, r) -> ``matrix @ (u, v, r)``."""
     code = Code()
     return code.program(name, _TWIST, code.linear(matrix, _TWIST)).compile()
-
-
-def _per(limit: float | None) -> float:
-    """Return one over a limit, 0 where there is none."""
-    return 0.0 if limit is None else 1.0 / limit
 
 
 def _into_range(angle: float, low: float, high: float) -> float | None:
@@ -123,7 +75,7 @@ class Wheels:
         feasible = feasible_map(robot)
         every = bool((feasible == np.eye(3)).all())
         self._project = None if every else _program("project", feasible)
-        self.inputs = inputs(robot)
+        self.inputs = steering_inputs(robot)
         straight = np.zeros(len(robot.steered))
         along = rolling_matrix(robot, robot.steered, straight)
         across = side_slip_matrix(robot, robot.steered, straight)
@@ -132,10 +84,10 @@ class Wheels:
         plain = [wheel for wheel in robot.driven if not wheel.steers]
         rows = rolling_matrix(robot, plain, straight) / gains(plain)[:, None]
         self._plain = _program("speeds", rows)
-        self._plain_limits = tuple((_per(w.max_speed), _per(w.max_acceleration)) for w in plain)
+        self._plain_limits = tuple((per(w.max_speed), per(w.max_acceleration)) for w in plain)
         turning = [w for w in robot.steered if w.driven]
         self._turning = tuple(
-            (i, 1.0 / w.rows().gain, _per(w.max_speed), _per(w.max_acceleration))
+            (i, 1.0 / w.rows().gain, per(w.max_speed), per(w.max_acceleration))
             for i, w in enumerate(robot.steered)
             if w.driven
         )
@@ -182,8 +134,8 @@ class Wheels:
     def _largest(self, twist: Twist, which: int) -> float:
         """Return the largest wheel speed over its limit: 0 of speed, 1 of acceleration."""
         largest = 0.0
-        for speed, per in zip(self._plain(*twist), self._plain_limits, strict=True):
-            largest = max(largest, abs(speed) * per[which])
+        for speed, each in zip(self._plain(*twist), self._plain_limits, strict=True):
+            largest = max(largest, abs(speed) * each[which])
         if self._turning:
             contact, count = self._contacts(*twist), self._count
             for i, per_gain, *limits in self._turning:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trundle.bridge import Bridge, Output, Reading, SimulatedRobot
+from trundle.kinematics import Kinematics
 from trundle.odometry import Counts
 from trundle.robot import Encoder, Robot
 from trundle.se2 import Array
@@ -34,9 +35,11 @@ FASTER, SLOWER = ("+", "="), ("-", "_")
 QUIT = ("x", "X", "escape", "interrupt")
 
 _STEP = 1.1  # of the speeds
-_LEAST, _MOST = 0.01, 10.0  # times the speeds at the start
+_LEAST = 0.01  # times the speeds at the start
 # A key that repeats is let go when so many of its intervals pass without it, and at least so long.
 _INTERVALS, _LET_GO = 3.0, 0.2
+# A key does something if this share of what it asks for remains.
+_ANY = 1e-6
 # Half of what a counter of 32 bits counts, the width on both sides here.
 _HALF = 2.0**31
 
@@ -53,6 +56,7 @@ class Hand:
         speed: of keys ahead and sideways [m/s].
         turn: of keys that turn [rad/s].
         timeout: age at which the bridge takes a command for stale [s].
+        most: largest factor, with which the speeds are at their limits.
         key: the key that is held, or "".
         since: when it came last [s].
         interval: between its last two coming [s]; infinite where it came once.
@@ -62,6 +66,7 @@ class Hand:
     speed: float
     turn: float
     timeout: float
+    most: float = math.inf
     key: str = ""
     since: float = 0.0
     interval: float = math.inf
@@ -70,7 +75,7 @@ class Hand:
     def press(self, key: str, time: float) -> Hand:
         """Return the hand after a key came; keys that mean nothing change nothing."""
         if key in FASTER:
-            return replace(self, factor=min(_STEP * self.factor, _MOST))
+            return replace(self, factor=min(_STEP * self.factor, self.most))
         if key in SLOWER:
             return replace(self, factor=max(self.factor / _STEP, _LEAST))
         if key not in MOVES:
@@ -95,6 +100,29 @@ class Hand:
         along, across, about = MOVES.get(self.key, STOP)
         speed, turn = self.factor * self.speed, self.factor * self.turn
         return speed * along, speed * across, turn * about
+
+
+def idle_keys(robot: Robot) -> dict[str, str]:
+    """Return the keys that do nothing on a robot, each with a sentence that tells why.
+
+    >>> from trundle import load
+    >>> idle_keys(load("differential"))["J"]
+    'differential cannot move sideways: J, L, q, e do nothing'
+    """
+    kinematics = Kinematics(robot)
+    why: dict[str, list[str]] = {}
+    for key, twist in MOVES.items():
+        given = kinematics.inverse(twist, limit=False).twist
+        if twist == STOP or np.abs(given).max() > _ANY:
+            continue
+        along, across, _ = map(bool, twist)
+        reason = "go" if along else "move sideways" if across else "turn on the spot"
+        why.setdefault(reason, []).append(key)
+    return {
+        key: f"{robot.name} cannot {reason}: {', '.join(keys)} do nothing"
+        for reason, keys in why.items()
+        for key in keys
+    }
 
 
 class Record:
@@ -189,6 +217,7 @@ class Desk:
         """Return the columns of a log: what the sensors showed, and the true poses.
 
         Wheels with an encoder of their own give counts, the others the angle of the ticks counted.
+        The counts run on below zero and beyond the counter, so that nobody need know its width.
 
         Args:
             encoder: of the wheels that have none of their own.
@@ -198,11 +227,12 @@ class Desk:
         columns |= dict(zip(("x", "y", "psi"), truth.T, strict=True))
         robot = self.bridge.robot
         for wheel, column in zip(robot.sensed, counts.T, strict=True):
-            if wheel.encoder is not None:
-                columns[f"counts:{wheel.name}"] = column.astype(np.int64)
-                continue
             moved = (np.diff(column, prepend=column[0]) + _HALF) % (2 * _HALF) - _HALF
-            columns[f"angle:{wheel.name}"] = np.cumsum(moved) * encoder.radians_per_tick
+            counted = np.cumsum(moved)
+            if wheel.encoder is not None:
+                columns[f"counts:{wheel.name}"] = counted.astype(np.int64)
+            else:
+                columns[f"angle:{wheel.name}"] = counted * encoder.radians_per_tick
         for wheel, column in zip(robot.steered, steering.T, strict=True):
             middle = (column[1:] + column[:-1]) / 2
             columns[f"steering:{wheel.name}"] = np.concatenate([column[:1], middle])

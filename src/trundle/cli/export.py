@@ -13,7 +13,7 @@ from rich.text import Text
 
 from trundle.cli import options
 from trundle.cli.numbers import positive
-from trundle.cli.output import folder, heading, out, print_json, sentence, write
+from trundle.cli.output import folder, heading, out, print_json, verbatim, write
 from trundle.errors import FileError, TrundleError, did_you_mean
 from trundle.robot import Robot
 
@@ -21,8 +21,8 @@ from trundle.robot import Robot
 _ONE_FILE = {"ros2_controllers": "_controllers.yaml", "urdf": ".urdf"}
 _FORMATS = ("c", *_ONE_FILE)
 _SUFFIXES = {"ros2_controllers": (".yaml", ".yml"), "urdf": (".urdf", ".xml")}
-# What nobody calls a folder.
-_NO_FOLDER = (".c", ".h", *(suffix for known in _SUFFIXES.values() for suffix in known))
+# What nobody calls a folder of firmware; of the other formats any suffix of letters is a file's.
+_SOURCES = (".c", ".h", ".cpp", ".hpp", ".ino", ".txt", ".md", ".yaml", ".yml", ".urdf", ".xml")
 
 
 def _limit(metavar: str, help: str) -> typer.models.OptionInfo:
@@ -108,7 +108,7 @@ def export(
         option = next(iter(settings)).replace("_", "-")
         raise TrundleError(f"--{option} belongs to firmware and controllers, not to --to urdf")
     made = options.robot_of(robot, sizes)
-    texts = _texts(made, form, settings)
+    texts = _texts(made, form, settings, robot)
     if form in _ONE_FILE and out_path is None:
         (text,) = texts.values()
         if as_json:
@@ -122,12 +122,12 @@ def export(
         print_json({"name": made.name, "to": form, "files": [*written, *kept], "text": None})
         return
     for file in written:
-        out.print(Text(f"wrote {file}"))
+        out.print(Text(f"wrote {file}"), soft_wrap=True)
     for file in kept:
-        out.print(Text(f"{file} is up to date"))
+        out.print(Text(f"{file} is up to date"), soft_wrap=True)
     heading("Next")
     for line in _next_steps(form, texts, list(placed)):
-        sentence(line)
+        verbatim(line)
 
 
 def _format(to: str | None) -> str:
@@ -140,8 +140,8 @@ def _format(to: str | None) -> str:
     return to
 
 
-def _texts(robot: Robot, form: str, settings: Mapping[str, float]) -> dict[str, str]:
-    """Return the text of each file, by its name."""
+def _texts(robot: Robot, form: str, settings: Mapping[str, float], asked: str) -> dict[str, str]:
+    """Return the text of each file, by its name, of the robot that was asked for."""
     # Loaded when used: printing firmware takes its time, and no other command needs it.
     from trundle.exchange import c_files, ros2_controllers, urdf
 
@@ -150,7 +150,12 @@ def _texts(robot: Robot, form: str, settings: Mapping[str, float]) -> dict[str, 
     name = f"{_stem(robot)}{_ONE_FILE[form]}"
     if form == "urdf":
         return {name: urdf(robot)}
-    return {name: ros2_controllers(robot, **settings)}
+    try:
+        return {name: ros2_controllers(robot, **settings)}
+    except TrundleError as error:
+        # The library does not know how the command was given the robot.
+        command = f"trundle export {shlex.quote(asked)} "
+        raise TrundleError(str(error).replace("trundle export ROBOT ", command)) from None
 
 
 def _stem(robot: Robot) -> str:
@@ -169,8 +174,8 @@ def _placed(
     if suffix in _SUFFIXES.get(form, ()):
         folder(out_path.parent)
         return dict.fromkeys([out_path], *texts.values())
-    if suffix in _NO_FOLDER:
-        named = _SUFFIXES.get(form)
+    named = _SUFFIXES.get(form)
+    if suffix in _SOURCES or (named and suffix[1:].isalpha()):
         wanted = f"a name that ends in {' or '.join(named)}, or a folder" if named else "a folder"
         raise TrundleError(f"--out {out_path}: --to {form} needs {wanted}")
     return {out_path / name: text for name, text in texts.items()}

@@ -12,7 +12,7 @@ from rich.control import Control
 from rich.text import Text
 
 from trundle.bridge import Output, State
-from trundle.cli.driving import STOP, Hand, Pose
+from trundle.cli.driving import FASTER, MOVES, QUIT, SLOWER, STOP, Hand, Pose, idle_keys
 from trundle.cli.minimap import Canvas, Window, draw_robot, follow, outline, placed
 from trundle.robot import Encoder, Robot
 
@@ -25,6 +25,8 @@ _GOOD, _WARN, _BAD, _PATH, _DIM = "green", "yellow", "bold red", "cyan", "dim"
 _BAR = " ▏▎▍▌▋▊▉█"
 # What was in force for one cycle is shown so long, or nobody could read it [s].
 _LINGER = 0.6
+# A sentence is read in so long [s].
+_READ = 4.0
 # The path keeps so many points; then every second one goes.
 _POINTS = 600
 _TURN = math.tau / 60
@@ -55,23 +57,23 @@ class Dashboard:
     Attributes:
         robot: the robot.
         full: (n) wheel speeds at which the bars are full [rad/s].
-        sideways: whether the robot can move sideways.
         encoder: of the wheels that have none of their own.
         ascii_only: draw without special characters.
     """
 
     robot: Robot
     full: Sequence[float]
-    sideways: bool
     encoder: Encoder
     ascii_only: bool = False
     _window: Window | None = None
     _path: list[tuple[float, float]] = field(default_factory=list)
     _true: list[tuple[float, float]] = field(default_factory=list)
     _lately: dict[str, dict[str, float]] = field(default_factory=dict)
+    _told: tuple[str, float] = ("", -math.inf)
 
     def __post_init__(self) -> None:
         self._corners = outline(self.robot)
+        self._idle = idle_keys(self.robot)
         self._size = max(math.dist(self._corners[0], corner) for corner in self._corners)
 
     def lines(self, shown: Shown, width: int, height: int) -> list[Text]:
@@ -109,22 +111,28 @@ class Dashboard:
 
     def _foot(self, shown: Shown, width: int) -> list[Text]:
         hand = shown.hand
-        speeds = Text.assemble(
+        told, at = self._told
+        first = Text.assemble(
             (f" {hand.factor * hand.speed:.3g} m/s", "bold"),
             ", ",
             (f"{hand.factor * hand.turn:.3g} rad/s", "bold"),
+            (", the most" if hand.factor >= hand.most else "", _DIM),
             ("    hold letters or arrows to drive, let go to stop", _DIM),
         )
-        keys = [
-            ("i ,", "drive"), ("j l", "turn"), ("u o m .", "arcs"),
-            *([("J L", "sideways")] if self.sideways else []),
-            ("space", "stop"), ("+ -", "speed"), ("x", "quit"),
+        if told and shown.state.time - at < _READ:
+            first = Text(f" {told}", _WARN)
+        keys = [  # what is cut off where it is narrow comes last
+            ("x", "quit"), ("i ,", "drive"),
+            *([("j l", "turn")] if "j" not in self._idle else []),
+            ("u o m .", "arcs"),
+            *([("J L", "sideways")] if "J" not in self._idle else []),
+            ("space", "stop"), ("+ -", "speed"),
         ]  # fmt: skip
         line = Text(" ")
         for key, what in keys:
             line.append(key, "bold")
             line.append(f" {what}  ", _DIM)
-        return [speeds, line]
+        return [first, line]
 
     # ---- numbers --------------------------------------------------------------------------
 
@@ -206,7 +214,7 @@ class Dashboard:
             ),
             Text.assemble(
                 ("SLIP".ljust(_LABEL), _DIM),
-                (_short(", ".join(slipping) or "none", free), _BAD if slipping else _DIM),
+                (_short(self._slipping(slipping), free), _BAD if slipping else _DIM),
             ),
             Text.assemble(
                 ("REFUSED".ljust(_LABEL), _DIM),
@@ -214,6 +222,11 @@ class Dashboard:
             ),
             *([Text("ENCODERS".ljust(_LABEL) + _short(ticks, free), _DIM)] if standing_in else []),
         ]
+
+    def _slipping(self, names: list[str]) -> str:
+        text, every = ", ".join(names) or "none", len(self.robot.sensed)
+        whole = len(names) == every or len(text) > PANEL - _LABEL
+        return f"{len(names)} of {every} wheels" if whole else text
 
     # ---- map ------------------------------------------------------------------------------
 
@@ -257,6 +270,16 @@ class Dashboard:
             known.update(dict.fromkeys(names, time))
             for name in [name for name, last in known.items() if time - last > _LINGER]:
                 del known[name]
+
+    def idle(self, key: str) -> str:
+        """Return why a key does nothing, or an empty text."""
+        if key in (*MOVES, *FASTER, *SLOWER, *QUIT, "suspend"):
+            return self._idle.get(key, "")
+        return f"{key if key.isprintable() else repr(key)} does nothing"
+
+    def tell(self, text: str, time: float) -> None:
+        """Show a sentence until it is read, or the next key comes."""
+        self._told = text, time
 
     def _now(self, kind: str) -> list[str]:
         return list(self._lately.get(kind, ()))

@@ -82,6 +82,11 @@ def sentence(*parts: str | tuple[str, str]) -> None:
     out.print(Padding(Text.assemble(*parts), (0, 0, 0, 2)))
 
 
+def verbatim(command: str, remark: str = "") -> None:
+    """Print a command or a path to be copied: in one line however narrow the terminal."""
+    out.print(Text.assemble("  ", command, (remark, "dim")), soft_wrap=True)
+
+
 def matrix(values: Array, columns: Sequence[str]) -> None:
     """Print a (3, n) matrix with the names of its rows and columns."""
     shown = [[figure(value) for value in row] for row in values]
@@ -108,6 +113,8 @@ def folder(path: Path | None) -> Path | None:
     if path is None:
         return None
     try:
+        if path.is_file():
+            raise FileError(f"{path}: nothing can be written there: it is a file, not a folder")
         path.mkdir(parents=True, exist_ok=True)
         probe = path / ".trundle"
         probe.touch()
@@ -136,7 +143,7 @@ def told_files(files: Sequence[Path]) -> None:
     if files:
         heading("Files")
         for file in files:
-            sentence(str(file))
+            verbatim(str(file))
 
 
 def progress(quiet: bool) -> Progress:

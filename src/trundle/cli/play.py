@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import typer
 
-from trundle.cli.driving import FASTER, MOVES, SLOWER, STOP, Desk, Hand
+from trundle.cli.driving import FASTER, MOVES, SLOWER, STOP, Desk, Hand, idle_keys
 from trundle.cli.numbers import number
 from trundle.errors import TrundleError
+from trundle.robot import Robot
 
 # A script drives at most so long, and then has so long to come to rest [s].
 _LONGEST, _TO_REST = 3600.0, 60.0
@@ -55,3 +56,18 @@ def play(desk: Desk, hand: Hand, keys: list[tuple[str, float]], period: float) -
         desk.cycle(cycle * period, STOP)
         if desk.rests:
             break
+
+
+def unheard(robot: Robot, hand: Hand, keys: list[tuple[str, float]]) -> list[str]:
+    """Return what a script's keys asked for in vain, a sentence for each reason."""
+    idle = idle_keys(robot)
+    told = []
+    for key, _ in keys:
+        pressed = hand.press(key, 0.0)
+        if key in idle:
+            told.append(idle[key])
+        elif key not in MOVES and pressed.factor == hand.factor:
+            which = "high" if key in FASTER else "low"
+            told.append(f"the speed is as {which} as it may be: {key} does nothing")
+        hand = pressed
+    return list(dict.fromkeys(told))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import math
 import os
+import shlex
 import signal
 import sys
 from collections.abc import Iterator
@@ -22,8 +23,8 @@ from trundle.cli.driving import MOVES, QUIT, STOP, Desk, Hand
 from trundle.cli.keys import Clock, keyboard
 from trundle.cli.live import Dashboard, Shown, screen
 from trundle.cli.numbers import number, positive
-from trundle.cli.output import folder, out, print_json, sentence, table, told_files
-from trundle.cli.play import play, script_of
+from trundle.cli.output import folder, out, print_json, sentence, table, told_files, verbatim
+from trundle.cli.play import play, script_of, unheard
 from trundle.errors import FileError, TrundleError
 from trundle.kinematics import Kinematics
 from trundle.odometry import score, write_columns
@@ -37,10 +38,10 @@ _PICTURES = 12.0
 # Ramps go on over at most a tenth of a second; more than 500 Hz no terminal gives.
 _RATES = (10.0, 500.0)
 _FILES = ("run.csv", "log.csv", "path.png")
-# A robot moves sideways if this share of what is asked remains.
-_ANY = 1e-6
 _GONE = (errno.EIO, errno.EBADF, errno.EPIPE, errno.ENXIO)
 _HANGUP = 1
+# Signals after the first for which a program that should end may be waiting for its terminal.
+_DEAF = 2
 
 
 def teleop(
@@ -90,7 +91,8 @@ def teleop(
         typer.Option(
             "--slip",
             metavar="WHEEL=SHARE",
-            help="Let a wheel spin without moving the robot: by 0.2 of its turn, say.",
+            help="Let a wheel spin without moving the robot: by 0.2 of its turn, say. Below 0 it "
+            "drags: it turns less than the floor passes.",
         ),
     ] = None,
     ticks_per_turn: Annotated[
@@ -146,19 +148,32 @@ def teleop(
         max_yaw_deceleration=max_deceleration / arm,
     )
     desk = Desk(bridge, SimulatedRobot(made, encoder=encoder, slip=_slips(slip)))
-    hand = Hand(speed=speed, turn=speed / arm, timeout=timeout)
+    notes, speed = _capped(speed, max_speed)
+    hand = Hand(speed=speed, turn=speed / arm, timeout=timeout, most=max_speed / speed)
     ended = 0
-    if script is not None:
-        play(desk, hand, script, 1.0 / rate)
-    else:
-        full = _full(made, max_speed, max_speed / arm)
-        view = Dashboard(made, full, _moves_sideways(made), encoder, out.options.ascii_only)
-        ended = _drive(desk, hand, view, 1.0 / rate)
-    files = _leave(desk, target, encoder) if target else []
+    with ExitStack() as deaf:  # from a drive by hand to its files, signals are only noted
+        if script is not None:
+            play(desk, hand, script, 1.0 / rate)
+            notes += unheard(made, hand, script)
+        else:
+            full = _full(made, max_speed, max_speed / arm)
+            view = Dashboard(made, full, encoder, out.options.ascii_only)
+            came = deaf.enter_context(_signals([]))
+            ended = _drive(desk, hand, view, 1.0 / rate, notes, came)
+        files = _leave(desk, target, encoder) if target else []
+    files += _picture(desk, target) if target else []
     if ended != _HANGUP:
-        _tell(desk, files, robot, encoder, as_json)
+        _tell(desk, files, robot, encoder, notes, as_json)
     if ended:
         raise typer.Exit(128 + ended)
+
+
+def _capped(speed: float, most: float) -> tuple[list[str], float]:
+    """Return the speed of the keys [m/s], and a note where it is not what was asked."""
+    if speed <= most:
+        return [], speed
+    note = f"--speed {speed:g} is beyond --max-speed: keys drive at {most:g} m/s"
+    return [note], most
 
 
 # ---- by hand --------------------------------------------------------------------------------
@@ -172,17 +187,22 @@ def _check_terminal() -> None:
         )
 
 
-def _drive(desk: Desk, hand: Hand, view: Dashboard, period: float) -> int:
+def _drive(
+    desk: Desk, hand: Hand, view: Dashboard, period: float, notes: list[str], ended: list[int]
+) -> int:
     """Drive until a key or a signal ends it, and return the signal's number, or 0."""
-    with _signals() as ended:
-        try:
-            with ExitStack() as terminal:
-                _cycles(desk, hand, view, Clock(period), terminal, ended)
-        except (EOFError, OSError) as error:
-            # A terminal that has gone is no reason to lose the drive.
-            if isinstance(error, OSError) and error.errno not in _GONE:
-                raise
-            return _HANGUP
+    for note in notes:
+        view.tell(note, 0.0)
+    # A terminal that has gone, or that takes nothing any more, is no reason to lose the drive.
+    try:
+        with _signals(ended, patience=_DEAF), ExitStack() as terminal:
+            _cycles(desk, hand, view, Clock(period), terminal, ended)
+    except KeyboardInterrupt:
+        pass
+    except (EOFError, OSError) as error:
+        if isinstance(error, OSError) and error.errno not in _GONE:
+            raise
+        return _HANGUP
     return 0 if not ended or ended[0] == signal.SIGINT else ended[0]
 
 
@@ -203,6 +223,7 @@ def _cycles(
         command = None
         for key in pressed:
             hand = hand.press(key, now)
+            view.tell(view.idle(key), now)
             command = hand.command if key in MOVES else command
         if hand.let_go(now):
             hand, command = hand.released(), STOP
@@ -216,13 +237,17 @@ def _cycles(
 
 
 @contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Give a list in which the signals that should end the program turn up."""
-    came: list[int] = []
+def _signals(came: list[int], patience: float = math.inf) -> Iterator[list[int]]:
+    """Note the signals that should end the program in a list, and give the list.
+
+    Args:
+        came: the list.
+        patience: with more signals than that, the program is interrupted all the same.
+    """
 
     def note(number: int, _: FrameType | None) -> None:
         came.append(number)
-        if len(came) > 2:  # it does not listen
+        if len(came) > patience:
             raise KeyboardInterrupt
 
     names = ("SIGINT", "SIGTERM", "SIGHUP")
@@ -242,11 +267,6 @@ def _full(robot: Robot, max_speed: float, max_yaw_rate: float) -> list[float]:
     asked = np.abs(Kinematics(robot).inverse(twists, limit=False).wheel_speeds)
     fastest = float(asked.max(initial=0.0)) or 1.0  # one scale, so that bars can be compared
     return [wheel.max_speed or fastest for wheel in robot.driven]
-
-
-def _moves_sideways(robot: Robot) -> bool:
-    given = Kinematics(robot).inverse([0.0, 1.0, 0.0], limit=False).twist
-    return bool(given[1] > _ANY)
 
 
 # ---- what is left ---------------------------------------------------------------------------
@@ -273,18 +293,27 @@ def _slips(items: list[str] | None) -> dict[str, float]:
 
 
 def _leave(desk: Desk, target: Path, encoder: Encoder) -> list[Path]:
-    """Write the run by odometry, the log of the sensors, and the picture with the true path."""
-    from trundle.view import plot_path, save
-
-    run, truth = desk.run()
+    """Write the run by odometry and the log of the sensors."""
+    run, _ = desk.run()
     return [
         run.save(target / "run.csv"),
         write_columns(target / "log.csv", desk.log(encoder)),
-        save(plot_path(desk.bridge.robot, run, truth), target / "path.png"),
     ]
 
 
-def _tell(desk: Desk, files: list[Path], name: str, encoder: Encoder, as_json: bool) -> None:
+def _picture(desk: Desk, target: Path) -> list[Path]:
+    """Write the picture of the run by odometry and the true path; an interrupt leaves it out."""
+    try:
+        from trundle.view import plot_path, save
+
+        return [save(plot_path(desk.bridge.robot, *desk.run()), target / "path.png")]
+    except KeyboardInterrupt:
+        return []
+
+
+def _tell(
+    desk: Desk, files: list[Path], name: str, encoder: Encoder, notes: list[str], as_json: bool
+) -> None:
     """Print where the robot is, and how far odometry is off."""
     output, time = desk.output, desk.state.time
     run, truth = desk.run()
@@ -301,6 +330,7 @@ def _tell(desk: Desk, files: list[Path], name: str, encoder: Encoder, as_json: b
                 "sigma": sigma,
                 "slipping": slipped,
                 "refused": [desk.state.refused, desk.state.refused_counts],
+                "notes": notes,
                 "files": files,
             }
         )
@@ -317,9 +347,12 @@ def _tell(desk: Desk, files: list[Path], name: str, encoder: Encoder, as_json: b
         ticks = f"{encoder.ticks_per_motor_turn:g}"
         sentence((f"encoders of {ticks} ticks a turn stand in: the robot file has none", "dim"))
     if slipped:
-        sentence(("note", "yellow"), f"  the wheels did not agree: {', '.join(slipped)}")
+        notes = [*notes, f"the wheels did not agree: {', '.join(slipped)}"]
+    for note in notes:
+        sentence(("note", "yellow"), f"  {note}")
     told_files(files)
     if files:
-        sentence((f"trundle odometry {name} {files[1]} drives the log again", "dim"))
+        again = shlex.join(["trundle", "odometry", name, str(files[1])])
+        verbatim(again, "  drives the log again")
     else:
         sentence(("--out DIR leaves the run, a log and a picture there", "dim"))

@@ -132,13 +132,24 @@ def _apart(
 
 
 def renamed(names: Mapping[str, str]) -> list[str]:
-    """Return a sentence for each name that is called otherwise, fit for a comment.
+    """Return a sentence for each name that is called otherwise, fit for a comment of one line.
 
     >>> renamed({"left": "left", "a b": "a_b"})
     ["wheel 'a b' is called a_b"]
     """
     changed = ((name, new) for name, new in names.items() if name != new)
-    return [f"wheel '{comment(name)}' is called {new}" for name, new in changed]
+    return [f"wheel '{one_line(name)}' is called {new}" for name, new in changed]
+
+
+def one_line(text: str) -> str:
+    r"""Return a text for a comment that ends with its line, as YAML's do.
+
+    Line ends and characters that are not printed become escapes.
+
+    >>> print(one_line("*/ \\"), one_line("left\nright"))
+    */ \ left\x0aright
+    """
+    return "".join(c if c.isprintable() else _escape(c) for c in text)
 
 
 def comment(text: str) -> str:

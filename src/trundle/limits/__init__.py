@@ -2,7 +2,8 @@
 
 from trundle.limits.demands import Demand
 from trundle.limits.feasibility import KEPT, Feasibility, feasibility
-from trundle.limits.ramp import STILL, Ramp, Twist, TwistLimits, limit_names
+from trundle.limits.ramp import STILL, Ramp, Twist, TwistLimits, limit_names, per
+from trundle.limits.steering import SteeringInput, steering_groups, steering_inputs
 
 __all__ = [
     "KEPT",
@@ -10,8 +11,12 @@ __all__ = [
     "Demand",
     "Feasibility",
     "Ramp",
+    "SteeringInput",
     "Twist",
     "TwistLimits",
     "feasibility",
     "limit_names",
+    "per",
+    "steering_groups",
+    "steering_inputs",
 ]

@@ -18,6 +18,9 @@ Twist = tuple[float, float, float]
 
 STILL: Twist = (0.0, 0.0, 0.0)
 
+# No clock tells cycles shorter than this [s]: they are as good as none.
+_SHORTEST = 1e-9
+
 
 @dataclass(frozen=True, kw_only=True)
 class TwistLimits:
@@ -50,10 +53,10 @@ class TwistLimits:
         "m/s^2", default=None, positive=True, help="largest braking (default: max_acceleration)"
     )
     max_reverse_acceleration: float | None = quantity(
-        "m/s^2", default=None, positive=True, help="largest acceleration in reverse"
+        "m/s^2", default=None, positive=True, help="the same in reverse (default: ahead)"
     )
     max_reverse_deceleration: float | None = quantity(
-        "m/s^2", default=None, positive=True, help="largest braking in reverse"
+        "m/s^2", default=None, positive=True, help="the same in reverse (default: ahead)"
     )
     max_yaw_acceleration: float | None = quantity(
         "rad/s^2", default=None, positive=True, help="largest yaw acceleration"
@@ -76,6 +79,14 @@ class TwistLimits:
             if getattr(self, name) is None:
                 object.__setattr__(self, name, getattr(self, other))
 
+    @property
+    def turns(self) -> tuple[bool, bool, bool]:
+        """Which axes have other limits beyond zero, or on the way away from it."""
+        ahead = {self.max_acceleration, self.max_deceleration}
+        back = {self.max_reverse_acceleration, self.max_reverse_deceleration}
+        yaw = {self.max_yaw_acceleration, self.max_yaw_deceleration}
+        return len(ahead | back) > 1, len(ahead) > 1, len(yaw) > 1
+
 
 # What a limit is where it is not given, in an order in which each is known when it is needed.
 _DEFAULTS = (
@@ -83,6 +94,7 @@ _DEFAULTS = (
     ("max_deceleration", "max_acceleration"),
     ("max_reverse_acceleration", "max_acceleration"),
     ("max_reverse_deceleration", "max_deceleration"),
+    ("max_reverse_deceleration", "max_reverse_acceleration"),
     ("max_yaw_deceleration", "max_yaw_acceleration"),
 )
 
@@ -92,7 +104,7 @@ def limit_names() -> tuple[str, ...]:
     return tuple(each.name for each in dataclasses.fields(TwistLimits))
 
 
-def _per(limit: float | None) -> float:
+def per(limit: float | None) -> float:
     """Return one over a limit, 0 where there is none."""
     return 0.0 if limit is None else 1.0 / limit
 
@@ -106,22 +118,18 @@ class Ramp:
     """
 
     def __init__(self, limits: TwistLimits) -> None:
-        self._per_speed = _per(limits.max_speed)
-        self._per_reverse_speed = _per(limits.max_reverse_speed)
-        self._per_yaw_rate = _per(limits.max_yaw_rate)
-        self._per_acceleration = _per(limits.max_acceleration)
-        self._per_deceleration = _per(limits.max_deceleration)
-        self._per_reverse_acceleration = _per(limits.max_reverse_acceleration)
-        self._per_reverse_deceleration = _per(limits.max_reverse_deceleration)
-        self._per_yaw_acceleration = _per(limits.max_yaw_acceleration)
-        self._per_yaw_deceleration = _per(limits.max_yaw_deceleration)
-        self._per_jerk = _per(limits.max_jerk)
-        self._per_yaw_jerk = _per(limits.max_yaw_jerk)
-        # Axes that have other limits on the other side of zero, or on the way away from it.
-        ahead = {limits.max_acceleration, limits.max_deceleration}
-        back = {limits.max_reverse_acceleration, limits.max_reverse_deceleration}
-        yaw = {limits.max_yaw_acceleration, limits.max_yaw_deceleration}
-        self._turns = len(ahead | back) > 1, len(ahead) > 1, len(yaw) > 1
+        self._per_speed = per(limits.max_speed)
+        self._per_reverse_speed = per(limits.max_reverse_speed)
+        self._per_yaw_rate = per(limits.max_yaw_rate)
+        self._per_acceleration = per(limits.max_acceleration)
+        self._per_deceleration = per(limits.max_deceleration)
+        self._per_reverse_acceleration = per(limits.max_reverse_acceleration)
+        self._per_reverse_deceleration = per(limits.max_reverse_deceleration)
+        self._per_yaw_acceleration = per(limits.max_yaw_acceleration)
+        self._per_yaw_deceleration = per(limits.max_yaw_deceleration)
+        self._per_jerk = per(limits.max_jerk)
+        self._per_yaw_jerk = per(limits.max_yaw_jerk)
+        self._turns = limits.turns
         self.jerks = limits.max_jerk is not None or limits.max_yaw_jerk is not None
 
     def share(self, twist: Twist) -> float:
@@ -199,7 +207,7 @@ class Ramp:
             last: the step before.
             dt: the length of both [s].
         """
-        if dt <= 0.0:
+        if dt < _SHORTEST:
             return STILL
         left, taken = self._jerks(*change) / (dt * dt), self._jerks(*step) / (dt * dt)
         n = math.floor(0.5 * (math.sqrt(1.0 + 8.0 * left) - 1.0))

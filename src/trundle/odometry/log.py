@@ -32,9 +32,9 @@ READINGS: dict[str, str] = {
 _RUNNING = ("counts", "angle")
 _RATES = ("speed", "rpm")
 SKIP = "-"
-# Half the range of a 16-bit counter: more in one row, and never out of that range, is rather a
+# Widths of counters. More than half their range in one row, and never out of it, is rather a
 # wrap-around than a motion.
-_LEAP = 2.0**15
+_WIDTHS = (16, 32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,13 +218,15 @@ def _unwrapped(rows: _Rows, name: str, counts: Array, bits: int | None) -> Array
     moved = np.diff(counts)
     if bits is None:
         far = int(np.argmax(np.abs(moved)))
-        small = counts.min() >= -_LEAP and counts.max() < 2 * _LEAP
-        if small and abs(moved[far]) > _LEAP:
-            raise FileError(
-                f"{rows.path}: line {rows.first_line + far + 1}, column {name!r}: the counter "
-                f"leaps by {moved[far]:.0f} ticks in one row; say counter_bits=16 "
-                "(--counter-bits 16) if it wraps around, 64 if it does not"
-            )
+        for width in _WIDTHS:
+            half = 2.0 ** (width - 1)
+            inside = counts.min() >= -half and counts.max() < 2 * half
+            if inside and abs(moved[far]) > half:
+                raise FileError(
+                    f"{rows.path}: line {rows.first_line + far + 1}, column {name!r}: the counter "
+                    f"leaps by {moved[far]:.0f} ticks in one row; say counter_bits={width} "
+                    f"(--counter-bits {width}) if it wraps around, 64 if it does not"
+                )
         return moved
     span = 2.0**bits
     if counts.min() < -span / 2 or counts.max() >= span:

@@ -277,7 +277,7 @@ static bool shorten(const trundle_real now[3], trundle_real dt, trundle_real cha
 }
 
 /* Brake on a straight line to rest; the steering stays. */
-static void brake(const trundle_state *state, trundle_real dt, trundle_real step[3])
+static void brake(trundle_state *state, trundle_real dt, trundle_real step[3])
 {
     set(step, -state->twist[0], -state->twist[1], -state->twist[2]);
     shorten(state->twist, dt, step);
@@ -367,11 +367,12 @@ static unsigned next_twist(trundle_state *state, uint32_t elapsed_us, bool *stal
     trundle_real step[3];
     unsigned limits = 0;
     /* What is told holds until the next cycle, which is as far away as the last one. */
-    *stale = !state->commanded || (age_us > 0 && age_us + dt_us > TIMEOUT_US);
+    *stale = !state->commanded
+        || (age_us > 0 && (age_us > TIMEOUT_US || elapsed_us > TIMEOUT_US - age_us));
     if (*stale) {
         uint32_t late_us = elapsed_us;
-        if (state->commanded && age_us + dt_us - TIMEOUT_US < elapsed_us) {
-            late_us = age_us + dt_us - TIMEOUT_US;
+        if (state->commanded && age_us <= TIMEOUT_US) {
+            late_us = elapsed_us - (TIMEOUT_US - age_us);
         }
         /* An age that wraps around must not make an old command young again. */
         state->commanded = state->commanded && age_us <= TIMEOUT_US;

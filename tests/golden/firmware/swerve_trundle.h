@@ -87,6 +87,7 @@ typedef struct {
     trundle_real command[3];
     trundle_real twist[3];
     trundle_real rate[3];
+    bool braked; /* whether the last step was not a ramp's */
     trundle_real inputs[TRUNDLE_INPUTS];
     trundle_real angles[TRUNDLE_STEERED];
     uint32_t counts[TRUNDLE_COUNTERS];

@@ -13,7 +13,7 @@ from trundle.exchange.c.programs import check_observed, parts_of_step, wheel_pro
 from trundle.exchange.c.template import filled, template
 from trundle.exchange.names import comment, identifiers
 from trundle.kinematics import straight_lines
-from trundle.limits import TwistLimits, limit_names
+from trundle.limits import TwistLimits, limit_names, per, steering_inputs
 from trundle.robot import Encoder, Robot
 
 _FILES = ("trundle.h", "trundle.c", "README.md", "example.ino")
@@ -126,16 +126,16 @@ def _functions(robot: Robot) -> dict[str, str]:
 
 def _numbers(robot: Robot, settings: Settings, limits: TwistLimits) -> dict[str, str]:
     """Return the tables and constants."""
-    inputs = tables.steering_inputs(robot)
+    inputs = steering_inputs(robot)
     bits, plausible = settings.counter_bits, _watched(robot)
     return {
         "TIMEOUT_US": f"UINT32_C({round(settings.timeout * _MICRO)})",
         "MAX_INTERVAL_US": f"UINT32_C({round(settings.max_interval * _MICRO)})",
         "LIMITS": tables.limit_lines(limits),
-        "TURNS": ", ".join(str(each).lower() for each in tables.turns(limits)),
+        "TURNS": ", ".join(str(each).lower() for each in limits.turns),
         "FIXED": str(len(robot.driven) - sum(wheel.steers for wheel in robot.driven)),
-        "PER_SPEED": tables.numbers(tables.per(w.max_speed) for w in robot.driven),
-        "PER_ACCELERATION": tables.numbers(tables.per(w.max_acceleration) for w in robot.driven),
+        "PER_SPEED": tables.numbers(per(w.max_speed) for w in robot.driven),
+        "PER_ACCELERATION": tables.numbers(per(w.max_acceleration) for w in robot.driven),
         "DRIVEN_TABLE": tables.driven_table(robot),
         "INPUT_TABLE": tables.input_table(inputs),
         "STEERED_TABLE": tables.steered_table(inputs),
@@ -182,7 +182,7 @@ def _words(robot: Robot, settings: Settings) -> dict[str, str]:
         "PLACES": ",\n".join(places),
         "WHEELS": str(len(robot.driven)),
         "STEERED": str(len(robot.steered)),
-        "INPUTS": str(len(tables.steering_inputs(robot))),
+        "INPUTS": str(len(steering_inputs(robot))),
         "COUNTERS": str(len(robot.sensed)),
         "STAND_IN": remark(
             "Counts in one turn of a wheel. The robot's description has no encoder for "
@@ -239,8 +239,9 @@ def _conditions(robot: Robot, settings: Settings, limits: TwistLimits) -> set[st
         "wheel_speed": speeds,
         "wheel_acceleration": accelerations,
         "wheel_limits": speeds or accelerations,
-        "turns": any(tables.turns(limits)),
+        "turns": any(limits.turns),
         "jerk": jerk,
+        "rests": jerk or bool(robot.steered),
         "floors": jerk or bool(robot.steered),
         "stand_in": any(not (w.encoder or settings.encoder) for w in robot.sensed),
         "narrow": settings.counter_bits < 32,
@@ -250,7 +251,7 @@ def _conditions(robot: Robot, settings: Settings, limits: TwistLimits) -> set[st
 
 
 def _ends(robot: Robot) -> list[float]:
-    return [end for each in tables.steering_inputs(robot) for end in (each.low, each.high)]
+    return [end for each in steering_inputs(robot) for end in (each.low, each.high)]
 
 
 def _watched(robot: Robot) -> bool:

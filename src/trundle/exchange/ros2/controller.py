@@ -9,7 +9,14 @@ from functools import cached_property
 from typing import Any, NoReturn
 
 from trundle.errors import TrundleError
-from trundle.exchange.names import comment, joint_names, renamed, yaml_number, yaml_string
+from trundle.exchange.names import (
+    JointNames,
+    joint_names,
+    one_line,
+    renamed,
+    yaml_number,
+    yaml_string,
+)
 from trundle.limits import TwistLimits
 from trundle.robot import Robot, RollingWheel
 
@@ -18,6 +25,8 @@ from trundle.robot import Robot, RollingWheel
 _MEANT = 1e-3
 # What arithmetic rounds: above it the YAML says that numbers were rounded.
 _EXACT = 1e-9
+# What drives a robot that no controller fits; ROBOT is as the command was given it.
+INSTEAD = "trundle export ROBOT --to c"
 
 
 @dataclass(frozen=True)
@@ -119,9 +128,14 @@ def rounding_note(deviation: float) -> tuple[str, ...]:
 
 def to_yaml(robot: Robot, made: Controller) -> str:
     """Return the parameter file of a controller manager with one controller for the robot."""
-    joints = {name: each.wheel.removesuffix("_joint") for name, each in joint_names(robot).items()}
+    joints = {
+        name: each.wheel.removesuffix("_joint")
+        for name, each in joint_names(robot).items()
+        if _is_named(each, made.parameters)
+    }
     head = [
-        f"Robot '{comment(robot.name)}' for {made.name} of ros2_controllers, ROS 2 Jazzy or later.",
+        f"Robot '{one_line(robot.name)}' for {made.name} of ros2_controllers, "
+        "ROS 2 Jazzy or later.",
         *made.notes,
         *_signs_note(robot),
         *_wheel_limits_note(robot, made.name),
@@ -141,8 +155,16 @@ def to_yaml(robot: Robot, made: Controller) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _is_named(joints: JointNames, parameters: Mapping[str, Any]) -> bool:
+    """Return whether a controller knows a wheel's joints; casters, say, it does not."""
+    named: list[Any] = []
+    for value in parameters.values():
+        named += value if isinstance(value, list) else [value]
+    return joints.wheel in named or joints.steering in named
+
+
 def _signs_note(robot: Robot) -> list[str]:
-    turned = [f"'{comment(wheel.name)}'" for wheel in robot.driven if wheel.reversed]
+    turned = [f"'{one_line(wheel.name)}'" for wheel in robot.driven if wheel.reversed]
     if not turned:
         return []
     return [

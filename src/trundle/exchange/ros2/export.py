@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from trundle.errors import TrundleError, did_you_mean
 from trundle.exchange.ros2 import differential, omnidirectional, steering
-from trundle.exchange.ros2.controller import Controller, Fitting, to_yaml
+from trundle.exchange.ros2.controller import INSTEAD, Controller, Fitting, to_yaml
 from trundle.limits import TwistLimits, limit_names
 from trundle.robot import FixedWheel, MecanumWheel, OmniWheel, Robot, RollingWheel
 
@@ -109,5 +109,5 @@ def _kinds(wheels: tuple[RollingWheel, ...]) -> str:
 def _none(robot: Robot, why: str) -> TrundleError:
     return TrundleError(
         f"robot {robot.name!r}: none of the ros2_controllers that trundle knows fits: {why}. "
-        "Try trundle export --to c"
+        f"Try {INSTEAD}"
     )

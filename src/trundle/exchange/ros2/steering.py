@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from trundle.exchange.ros2.controller import Controller, Fitting, near_angle, speed_row
+from trundle.exchange.ros2.controller import INSTEAD, Controller, Fitting, near_angle, speed_row
 from trundle.robot import FixedWheel, RollingWheel, SteeredWheel
 
 
@@ -193,7 +193,7 @@ def _wheelbase(fit: Fitting) -> float:
     if min(ends) <= 0:
         fit.refuse(
             "the controller's steered wheels are ahead of the fixed axle; behind it, as those of "
-            "the robot, they turn it the other way: try trundle export --to c"
+            f"the robot, they turn it the other way: try {INSTEAD}"
         )
     return sum(ends) / len(ends)
 

@@ -28,7 +28,7 @@ class Arguments(NamedTuple):
         table: numbers that a reducer looks up.
         key: (5,) words that make the random numbers.
         state: (K, N) states, advanced in place.
-        every: how many steps lie between two rows of ``out``; 0 where none are kept.
+        every: how many steps lie between two rows of ``out``; 0 where the recipe keeps none.
         out: (rows, 3, N) poses, filled in.
         sums: (lanes, rows, 13) sums over the robots of each lane, of rows for those of these steps
             whose number, counted from 1, ``summed`` divides; zeros, filled in as

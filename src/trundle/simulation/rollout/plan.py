@@ -134,6 +134,7 @@ def make_plan(
         law=driven.law,
         reduction=None if reducer is None else reducer.reduction(dtype),
         spread=reducer is not None and reducer.summed > 0,
+        keeps=every > 0,
     )
     return Plan(
         recipe=recipe,
@@ -154,6 +155,8 @@ def make_plan(
 
 def as_type(values: Numbers, dtype: str) -> Numbers:
     """Return numbers of a type; what it cannot hold is infinite, which is told later."""
+    if values.dtype == dtype:
+        return values
     with np.errstate(over="ignore"):
         return values.astype(dtype, copy=False)
 

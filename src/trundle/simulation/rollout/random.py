@@ -93,16 +93,35 @@ def make_threefry(word: Function, jit: Jit, rounds: int = _ROUNDS) -> Function:
     return jit(lambda key, x: last(key, all_rounds(key, x)))
 
 
-def make_normals(count: int, m: Arithmetic, jit: Jit) -> Function:
-    """Return (key, robot, t) -> so many independent standard normals.
+def make_words(count: int, m: Arithmetic, jit: Jit) -> Function:
+    """Return (key, robot, t) -> so many words of 32 random bits, four at a time.
 
     Args:
-        count: how many numbers.
+        count: how many words.
         m: elementary functions.
         jit: the compiler.
     """
-    threefry, word, upper = make_threefry(m.word, jit), m.word, m.upper
-    sin, cos, log, sqrt = m.sin, m.cos, m.log, m.sqrt
+    threefry, word = make_threefry(m.word, jit), m.word
+
+    def from_block(block: int) -> Function:
+        def four(key: Any, robot: Any, t: Any) -> Any:
+            return threefry(key, (word(robot), word(t), word(block), word(0)))
+
+        four = jit(four)
+        if 4 * (block + 1) >= count:
+            return four
+        later = from_block(block + 1)
+        return jit(lambda key, robot, t: four(key, robot, t) + later(key, robot, t))
+
+    return from_block(0)
+
+
+def make_normals_of(count: int, m: Arithmetic, jit: Jit) -> Function:
+    """Return (words) -> as many independent standard normals.
+
+    The arguments are those of ``make_words``.
+    """
+    upper, sin, cos, log, sqrt = m.upper, m.sin, m.cos, m.log, m.sqrt
     unit, half, turn, minus_two = (m.number(x) for x in (_UNIT, 0.5, 2 * math.pi * _UNIT, -2.0))
 
     @jit
@@ -111,18 +130,20 @@ def make_normals(count: int, m: Arithmetic, jit: Jit) -> Function:
         angle = upper(second) * turn
         return radius * cos(angle), radius * sin(angle)
 
-    def four_of(block: int) -> Function:
-        def four(key: Any, robot: Any, t: Any) -> Any:
-            a, b, c, d = threefry(key, (word(robot), word(t), word(block), word(0)))
-            return pair(a, b) + pair(c, d)
+    def from_word(number: int) -> Function:
+        also = number + 1
+        if number + 2 >= count:
+            return jit(lambda words: pair(words[number], words[also]))
+        later = from_word(number + 2)
+        return jit(lambda words: pair(words[number], words[also]) + later(words))
 
-        return jit(four)
+    return from_word(0)
 
-    def from_block(block: int) -> Function:
-        four = four_of(block)
-        if 4 * (block + 1) >= count:
-            return four
-        later = from_block(block + 1)
-        return jit(lambda key, robot, t: four(key, robot, t) + later(key, robot, t))
 
-    return from_block(0)
+def make_normals(count: int, m: Arithmetic, jit: Jit) -> Function:
+    """Return (key, robot, t) -> so many independent standard normals.
+
+    The arguments are those of ``make_words``.
+    """
+    words, normals_of = make_words(count, m, jit), make_normals_of(count, m, jit)
+    return jit(lambda key, robot, t: normals_of(words(key, robot, t)))

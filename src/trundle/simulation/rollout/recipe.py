@@ -48,6 +48,7 @@ class Recipe:
         reduction: what is made of pose and command after every step, or None.
         wide: whether a robot may turn by half a turn or more within a step.
         spread: whether poses are summed over all robots.
+        keeps: whether poses are kept on the way.
     """
 
     dtype: str
@@ -61,6 +62,7 @@ class Recipe:
     reduction: Reduction | None = None
     wide: bool = False
     spread: bool = False
+    keeps: bool = False
 
     @property
     def noise(self) -> int:

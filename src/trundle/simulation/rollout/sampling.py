@@ -22,6 +22,8 @@ from trundle.simulation.arithmetic import (
 )
 from trundle.simulation.rollout import devices, written
 from trundle.simulation.rollout.bounds import Bounds, twist_bounds
+from trundle.simulation.rollout.filling import make_fill
+from trundle.simulation.rollout.intrinsics import choices, read_bits
 from trundle.simulation.rollout.loop import Numbers
 from trundle.simulation.rollout.random import key_words, make_normals
 from trundle.simulation.rollout.threads import run_all, thread_count
@@ -145,10 +147,9 @@ def _loop(bounds: Bounds, dtype: str) -> Function:
     def part(function: Any) -> Any:
         return numba.njit(inline="always", fastmath=cpu.FAST, error_model="numpy")(function)
 
-    m = compiled_arithmetic(dtype, part, cpu.read_bits(), False, cpu.choices())
+    m = compiled_arithmetic(dtype, part, read_bits(), False, choices())
     number, _ = number_and_integer(dtype)
-    normals, put = make_normals(_FOUR, m, part), part(written.put(_FOUR))
-    leave = bounds.make(m, part)
+    fill, leave = make_fill(_FOUR, m, part), bounds.make(m, part)
     constants_of = part(written.constants((False,) * bounds.constants))
     size, four = _BLOCK, _FOUR
 
@@ -157,13 +158,11 @@ def _loop(bounds: Bounds, dtype: str) -> Function:
         lo: int, hi: int, out: Any, plan: Any, sigma: Any, constants: Any, key: Any, hold: int
     ) -> None:
         count, steps = hi - lo, len(plan)
-        noise = np.empty((3, four, size), number)
+        noise, words = np.empty((3, four, size), number), np.empty((four, size), np.uint32)
         given = constants_of(constants, constants, 0)
         for first in range(0, steps, four * hold):
             for k in range(3):
-                rows = noise[k]
-                for i in range(count):
-                    put(rows, i, normals(key, lo + i, 3 * (first // (four * hold)) + k))
+                fill(noise[k], words, key, lo, 0, count, 3 * (first // (four * hold)) + k)
             for t in range(first, min(first + four * hold, steps)):
                 at = 3 * ((t - first) // hold)
                 a = noise[at // four, at % four]

@@ -194,7 +194,7 @@ static trundle_real larger(trundle_real a, trundle_real b)
     return a < b ? b : a;
 }
 
-//: if steered
+//: if rests
 static trundle_real smaller(trundle_real a, trundle_real b)
 {
     return b < a ? b : a;
@@ -227,7 +227,7 @@ static void add(trundle_real sum[3], const trundle_real twist[3], const trundle_
     }
 }
 
-//: if steered
+//: if rests
 static bool stands(const trundle_real twist[3])
 {
     return ABS(twist[0]) + ABS(twist[1]) + ABS(twist[2]) <= R(0.0);
@@ -281,7 +281,7 @@ static void smooth(const trundle_real change[3], const trundle_real last[3], tru
 {
     const trundle_real square = dt * dt;
     trundle_real left, taken, whole, largest, jerk, more[3];
-    if (dt <= R(0.0)) {
+    if (dt < R(1e-9)) {
         set(step, R(0.0), R(0.0), R(0.0));
         return;
     }
@@ -456,8 +456,10 @@ static void straighten(trundle_real twist[3], const trundle_real present[TRUNDLE
 static bool follow(const trundle_real now[3], const trundle_real step[3], trundle_real share,
     const trundle_real present[TRUNDLE_INPUTS], trundle_real dt, trundle_real aimed[TRUNDLE_INPUTS])
 {
-    const trundle_real end[3] = {
-        now[0] + share * step[0], now[1] + share * step[1], now[2] + share * step[2]};
+    trundle_real part[3], end[3];
+    copy(part, step);
+    scale(part, share);
+    add(end, now, part);
     if (!aim(end, present, aimed)) {
         return false;
     }
@@ -554,16 +556,21 @@ static bool shorten(const trundle_real now[3], trundle_real dt, trundle_real cha
 }
 
 /* Brake on a straight line to rest; the steering stays. */
-static void brake(const trundle_state *state, trundle_real dt, trundle_real step[3])
+static void brake(trundle_state *state, trundle_real dt, trundle_real step[3])
 {
+//: if jerk
+    state->braked = true;
+//: end
     set(step, -state->twist[0], -state->twist[1], -state->twist[2]);
     shorten(state->twist, dt, step);
 }
 
 //: if jerk
 /* Keep the other limits where a step that spares the jerk does not: so it is where a new command
- * comes in the middle of a ramp. */
-static void keep_within(const trundle_real now[3], trundle_real dt, trundle_real step[3])
+ * comes in the middle of a ramp. Nor does such a step go beyond zero on an axis where the target
+ * does not lie there. */
+static void keep_within(const trundle_real now[3], const trundle_real target[3], trundle_real dt,
+    trundle_real step[3])
 {
     trundle_real end[3], share;
     add(end, now, step);
@@ -573,7 +580,16 @@ static void keep_within(const trundle_real now[3], trundle_real dt, trundle_real
 //: end
     if (share > R(1.0) + ROUNDING) {
         set(step, end[0] / share - now[0], end[1] / share - now[1], end[2] / share - now[2]);
+        add(end, now, step);
     }
+    share = R(1.0);
+    for (int i = 0; i < 3; i++) {
+        if ((end[i] < R(0.0) && now[i] >= R(0.0) && target[i] >= R(0.0))
+            || (end[i] > R(0.0) && now[i] <= R(0.0) && target[i] <= R(0.0))) {
+            share = smaller(share, now[i] / (now[i] - end[i]));
+        }
+    }
+    scale(step, share);
     shorten(now, dt, step);
 }
 
@@ -647,17 +663,21 @@ static unsigned drive(trundle_state *state, trundle_real dt, trundle_real step[3
     trundle_real target[3];
     unsigned why = reach(state, target);
 //: if jerk
-    const trundle_real last[3] = {state->rate[0] * dt, state->rate[1] * dt, state->rate[2] * dt};
-    trundle_real change[3], other[3];
+    trundle_real last[3], change[3], other[3];
+    bool shortened;
+    copy(last, state->rate);
+    scale(last, stands(state->twist) ? R(0.0) : dt);
     find_change(state->twist, target, change);
     copy(step, change);
-    shorten(state->twist, dt, step);
+    shortened = shorten(state->twist, dt, step);
     copy(other, step);
     smooth(change, last, dt, other);
     if (differ(other, step)) {
         why |= TRUNDLE_LIMIT_JERK;
-        keep_within(state->twist, dt, other);
+        keep_within(state->twist, target, dt, other);
         copy(step, other);
+    } else if (shortened) {
+        why |= TRUNDLE_LIMIT_ACCELERATION;
     }
 //: else
     find_change(state->twist, target, step);
@@ -782,12 +802,16 @@ static unsigned next_twist(trundle_state *state, uint32_t elapsed_us, bool *stal
     const uint32_t age_us = state->now_us - state->command_us;
     trundle_real step[3];
     unsigned limits = 0;
+//: if jerk
+    state->braked = false;
+//: end
     /* What is told holds until the next cycle, which is as far away as the last one. */
-    *stale = !state->commanded || (age_us > 0 && age_us + dt_us > TIMEOUT_US);
+    *stale = !state->commanded
+        || (age_us > 0 && (age_us > TIMEOUT_US || elapsed_us > TIMEOUT_US - age_us));
     if (*stale) {
         uint32_t late_us = elapsed_us;
-        if (state->commanded && age_us + dt_us - TIMEOUT_US < elapsed_us) {
-            late_us = age_us + dt_us - TIMEOUT_US;
+        if (state->commanded && age_us <= TIMEOUT_US) {
+            late_us = elapsed_us - (TIMEOUT_US - age_us);
         }
         /* An age that wraps around must not make an old command young again. */
         state->commanded = state->commanded && age_us <= TIMEOUT_US;
@@ -798,8 +822,8 @@ static unsigned next_twist(trundle_state *state, uint32_t elapsed_us, bool *stal
     add(state->twist, state->twist, step);
 //: if jerk
     if (elapsed_us > 0) {
-        const trundle_real elapsed = seconds(elapsed_us);
-        set(state->rate, step[0] / elapsed, step[1] / elapsed, step[2] / elapsed);
+        copy(state->rate, step);
+        scale(state->rate, state->braked ? R(0.0) : R(1.0) / seconds(elapsed_us));
     }
 //: end
     return limits;

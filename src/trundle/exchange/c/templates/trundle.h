@@ -82,6 +82,7 @@ typedef struct {
     trundle_real twist[3];
 //: if jerk
     trundle_real rate[3];
+    bool braked; /* whether the last step was not a ramp's */
 //: end
 //: if steered
     trundle_real inputs[TRUNDLE_INPUTS];

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import types
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -92,8 +93,10 @@ class CostSum(Reducer):
         _number(value, name)
 
     def with_parameters(self, parameters: Numbers) -> CostSum:
-        """Return the same cost with other parameters."""
-        return CostSum(self.cost, parameters=parameters)
+        """Return the same cost with other parameters, finite numbers."""
+        changed = copy.copy(self)
+        changed.parameters = parameters
+        return changed
 
     def result(self, collected: Collected) -> Numbers:
         """Return the sums (N,)."""
