@@ -110,8 +110,8 @@ def _inverted(matrix: Array, size: Array) -> Array:
     """
     if not np.isfinite(matrix).all():
         raise TrundleError(
-            "the robot's inertia is beyond the range of numbers: check the mass, inertia and com of "
-            "its body and wheels"
+            "the inertia is beyond the range of numbers: check mass, inertia and com of body "
+            "and wheels"
         )
     left, values, right = np.linalg.svd(matrix, full_matrices=False)
     kept = values > REPEATED * np.maximum(size[..., None], values[..., :1])
