@@ -34,8 +34,8 @@ class Bridge:
 
     Args:
         robot: the robot.
-        timeout: age at which a command is stale [s]. The robot then brakes, and is told to rest
-            by timeout + v / max_deceleration at the latest.
+        timeout: age at which a command is stale [s]. The robot then brakes at its deceleration,
+            and is told to rest by timeout + v / max_deceleration.
         encoder: the encoder of wheels without one of their own.
         counter_bits: width of the counters, which wrap around; None for such that do not.
         wheel_noise: variance of a wheel's travel for each metre of it [m].
@@ -252,6 +252,12 @@ def _clock(state: State, time: Any, usual: float, refusals: list[str]) -> tuple[
 
 def _good(values: Any, count: int, largest: float) -> Numbers | None:
     """Return so many numbers of at most a size as floats, or None."""
+    if type(values) is tuple and len(values) == count:
+        for value in values:
+            if type(value) is not float or not -largest <= value <= largest:
+                break
+        else:
+            return values  # as a control loop gives them: nothing is to be done
     try:
         found = tuple([x if type(x) is float else _number(x) for x in items(values, count)])
     except Exception:  # noqa: BLE001 - whatever a stranger's object raises, it is refused

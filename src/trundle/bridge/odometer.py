@@ -97,9 +97,11 @@ class Odometer:
         if read is None:
             refusals.append(self._counters.fault(counts))
             return last._replace(refused=last.refused + 1)
-        if last.counts is None:
+        if last.counts is None or last.without - self._without:
+            # The first reading, also of a wheel that was left out: what follows counts from it.
             spread = self._with_resolution(last.pose[2], last.spread, angles)
-            return last._replace(time=time, angles=angles, counts=read, spread=spread)
+            known = last._replace(time=time, angles=angles, counts=read, spread=spread)
+            return known._replace(slip=self._slip.start, without=self._without)
         interval = time - last.time
         if interval <= 0.0:
             return last  # the next reading makes it good

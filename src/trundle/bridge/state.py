@@ -41,5 +41,5 @@ class State(NamedTuple):
 
     @property
     def refused_counts(self) -> int:
-        """How many readings of counters or angles were refused."""
+        """How many readings of the counters were refused."""
         return self.odometry.refused

@@ -80,6 +80,8 @@ class Counters:
             for wheel, e in zip(robot.sensed, encoders, strict=True)
             if e is None and wheel.name not in without
         )
+        self._all_read = all(self._read) and not self.missing
+        self._range = (-self._turns // 2, self._turns) if bits else (-_LARGEST, _LARGEST)
         self._limited = tuple(
             (i, _IMPLAUSIBLE * wheel.max_speed, self.resolutions[i])
             for i, wheel in enumerate(robot.sensed)
@@ -91,20 +93,23 @@ class Counters:
 
         Counters may be shown signed or unsigned. Wheels that are not read show 0.
         """
+        low, high = self._range
+        if self._all_read and type(counts) is tuple and len(counts) == len(self._read):
+            for value in counts:
+                if type(value) is not int or not low <= value < high:
+                    break
+            else:
+                return counts  # as a control loop gives them: nothing is to be done
         try:
             values = tuple(items(counts, len(self._read)))
             found = [
-                value if type(value) is int else _whole(value) if read else 0
+                (value if type(value) is int else _whole(value)) if read else 0
                 for value, read in zip(values, self._read, strict=True)
             ]
         except Exception:  # noqa: BLE001 - whatever a stranger's object raises, it is refused
             return None
-        if self.missing:
+        if self.missing or not all(low <= value < high for value in found):
             return None
-        low, high = (-self._turns // 2, self._turns) if self._turns else (-_LARGEST, _LARGEST)
-        for value in found:
-            if not low <= value < high:
-                return None
         return tuple(found)
 
     def fault(self, counts: Any) -> str:
