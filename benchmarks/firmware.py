@@ -72,7 +72,7 @@ void run(long count)
 """
 # Floats have 7 digits, and a hundred cycles add up their rounding.
 AGREE = 1e-4
-REQUIRED = 500.0  # [ns] a cycle in C
+REQUIRED, REQUIRED_PYTHON = 500.0, 20_000.0  # [ns] a cycle
 MANY = 1000  # cycles in one call from Python
 
 
@@ -104,7 +104,8 @@ def compiled(name: str, float_: bool) -> Job:
 
 
 def python(name: str) -> Job:
-    bridge = trundle.Bridge(trundle.load(name), **SETTINGS)
+    # These counts are of no motion that the wheels can make together: no slip is to be told.
+    bridge = trundle.Bridge(trundle.load(name), slip_threshold=30.0, **SETTINGS)
     many = range(len(bridge.robot.sensed))
     state, output, at = bridge.start(), None, 0
 
@@ -128,7 +129,7 @@ def row(name: str, results: Results) -> list[str]:
     double, single, python = (f"{name}: {each}" for each in (DOUBLE, FLOAT, PYTHON))
     times = [f"{1e9 * results.median(each):.0f}" for each in (double, single, python)]
     met = verdict(1e9 * max(results.median(double), results.median(single)), REQUIRED)
-    return [name, *times, met]
+    return [name, *times, met, verdict(1e9 * results.median(python), REQUIRED_PYTHON)]
 
 
 def main() -> None:
@@ -147,9 +148,16 @@ def main() -> None:
     results = measure(jobs, options)
     for name in ROBOTS:
         results.assert_agreement([f"{name}: {each}" for each in (PYTHON, DOUBLE, FLOAT)], AGREE)
-    header = ["robot", f"{DOUBLE} [ns]", f"{FLOAT} [ns]", f"{PYTHON} [ns]", "required in C [ns]"]
+    header = [
+        "trundle on",
+        f"{DOUBLE} [ns]",
+        f"{FLOAT} [ns]",
+        f"{PYTHON} [ns]",
+        "required in C [ns]",
+        "required in Python",
+    ]
     rows = [row(name, results) for name in ROBOTS]
-    text = f"## One cycle of the bridge in C\n\n{machine()}.\n{NOTES}\n\n{table(header, rows)}"
+    text = f"## One cycle of the bridge\n\n{machine()}.\n{NOTES}\n\n{table(header, rows)}"
     publish("firmware", text, options)
 
 

@@ -166,7 +166,7 @@ def _make_block(recipe: Recipe, part: Jit) -> Function:
                 too_far |= advance_all(
                     here, noise, commands, moving, lo, hi, a, b, t, shared, own_rows, table
                 )
-                if keeps and (t + 1) % every == 0:
+                if keeps and every > 0 and (t + 1) % every == 0:
                     keep(here, out, (t + 1) // every, lo, hi, a, b)
             if spread and (t + 1) % summed == 0:
                 add_up(here, count, sums, lane, (t + 1) // summed - first // summed - 1)
