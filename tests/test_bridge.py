@@ -14,7 +14,7 @@ from trundle.robot import CATALOG
 
 ENCODER = Encoder(ticks_per_motor_turn=512, gear=10.0)
 DT = 0.02
-# What the issue of a limit may be missed by: rounding of a few dozen operations.
+# What a limit may be missed by: rounding of a few dozen operations.
 ROUNDING = 1e-9
 LIMITS = {
     "max_speed": 1.0,

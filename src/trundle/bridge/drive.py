@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from trundle.bridge.units import Numbers
 from trundle.bridge.wheels import Wheels
 from trundle.limits import STILL, Ramp, Twist, TwistLimits
 from trundle.robot import Robot
@@ -14,22 +15,21 @@ _HALVINGS = 20
 # A twist is limited where it changes by more than rounding.
 _ROUNDING = 1e-12
 
-Angles = tuple[float, ...]
-
 
 class Drive(NamedTuple):
     """What a cycle asks of the wheels.
 
     Attributes:
         twist: the twist (u, v, r) that the wheels then give [m/s, m/s, rad/s].
-        change: what it differs by from that of the cycle before.
+        change: what it differs by from that of the cycle before, for a ramp to go on with; none
+            where it brakes.
         steering: inputs of the steering [rad].
         limits: names of the limits in force.
     """
 
     twist: Twist
     change: Twist
-    steering: Angles
+    steering: Numbers
     limits: tuple[str, ...]
 
 
@@ -42,7 +42,7 @@ class Driver:
         self._wheel_time = self.wheels.time if self.wheels.limits_acceleration else None
         self._rates = tuple(each.rate for each in self.wheels.inputs)
 
-    def reach(self, asked: Twist, steering: Angles) -> tuple[Twist, list[str]]:
+    def reach(self, asked: Twist, steering: Numbers) -> tuple[Twist, list[str]]:
         """Return the twist that the robot may have in place of the one asked, and why.
 
         The nearest that the wheels allow; with less yaw rate where a wheel's steering range ends;
@@ -62,7 +62,7 @@ class Driver:
             twist = twist[0] / share, twist[1] / share, twist[2] / share
         return twist, why
 
-    def step(self, twist: Twist, last: Twist, steering: Angles, asked: Twist, dt: float) -> Drive:
+    def step(self, twist: Twist, last: Twist, steering: Numbers, asked: Twist, dt: float) -> Drive:
         """Return the next cycle's drive towards the twist asked.
 
         Args:
@@ -86,7 +86,7 @@ class Driver:
             why.append("acceleration")
         return self._steered(twist, target, step, steering, dt, why)
 
-    def brake(self, twist: Twist, steering: Angles, dt: float) -> Drive:
+    def brake(self, twist: Twist, steering: Numbers, dt: float) -> Drive:
         """Return the next cycle's drive on the way to rest, at the deceleration and no less.
 
         It tells of no change: a ramp with limited jerk begins anew after it.
@@ -95,7 +95,7 @@ class Driver:
         step = self._ramp.towards(twist, back, dt, self._wheel_time)
         return Drive(_sum(twist, step), STILL, steering, ())
 
-    def _straighter(self, twist: Twist, steering: Angles) -> Twist:
+    def _straighter(self, twist: Twist, steering: Numbers) -> Twist:
         """Return the twist with as much of its yaw rate as the steering ranges allow, or rest."""
         for share in self.wheels.ends(twist):
             turned = twist[0], twist[1], share * twist[2]
@@ -123,7 +123,7 @@ class Driver:
         return self._ramp.towards(twist, step, dt, self._wheel_time)
 
     def _steered(
-        self, twist: Twist, target: Twist, step: Twist, steering: Angles, dt: float, why: list[str]
+        self, twist: Twist, target: Twist, step: Twist, steering: Numbers, dt: float, why: list[str]
     ) -> Drive:
         """Return the drive whose steering follows the step, which may be shortened for it."""
         if not steering:
@@ -149,7 +149,7 @@ class Driver:
         return Drive(_sum(twist, step), step, found, tuple(why))
 
     def _from_rest(
-        self, target: Twist, step: Twist, steering: Angles, dt: float, why: list[str]
+        self, target: Twist, step: Twist, steering: Numbers, dt: float, why: list[str]
     ) -> Drive:
         """Return the drive from rest: the wheels first turn to where they will roll."""
         aimed = self.wheels.aim(target, steering)
@@ -164,8 +164,8 @@ class Driver:
         return Drive(step, step, turned, tuple(why))
 
     def _aimed(
-        self, twist: Twist, step: Twist, share: float, steering: Angles, dt: float
-    ) -> Angles | None:
+        self, twist: Twist, step: Twist, share: float, steering: Numbers, dt: float
+    ) -> Numbers | None:
         """Return the inputs after a share of a step, or None where they cannot get there."""
         part = share * step[0], share * step[1], share * step[2]
         aimed = self.wheels.aim(_sum(twist, part), steering)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
+from trundle.bridge.units import Numbers
 from trundle.limits import steering_groups
 from trundle.robot import Robot
-
-Numbers = tuple[float, ...]
 
 
 class Servos:

@@ -10,7 +10,8 @@ from numbers import Real
 from typing import Any, NamedTuple
 
 from trundle.bridge.ground import Ground, Standing, Vector
-from trundle.bridge.servos import Numbers, Servos
+from trundle.bridge.servos import Servos
+from trundle.bridge.units import Numbers
 from trundle.errors import TrundleError, did_you_mean
 from trundle.robot import Encoder, Robot, RollingWheel
 from trundle.se2 import step as step_pose

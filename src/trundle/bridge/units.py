@@ -11,11 +11,8 @@ from typing import Any
 import numpy as np
 
 from trundle.errors import TrundleError
+from trundle.limits import IMPLAUSIBLE
 from trundle.robot import Encoder, Robot
-
-# A wheel that seems to have turned so many times further than its largest speed allows has not:
-# its counter was reset, or a bit was lost on the way.
-_IMPLAUSIBLE = 2.0
 
 _RPM = 60.0 / math.tau
 # Counters that do not wrap around count up to this.
@@ -83,7 +80,7 @@ class Counters:
         self._all_read = all(self._read) and not self.missing
         self._range = (-self._turns // 2, self._turns) if bits else (-_LARGEST, _LARGEST)
         self._limited = tuple(
-            (i, _IMPLAUSIBLE * wheel.max_speed, self.resolutions[i])
+            (i, IMPLAUSIBLE * wheel.max_speed, self.resolutions[i])
             for i, wheel in enumerate(robot.sensed)
             if wheel.driven and wheel.max_speed
         )

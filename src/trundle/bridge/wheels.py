@@ -8,6 +8,7 @@ from math import atan2, cos, floor, hypot, pi, sin
 
 import numpy as np
 
+from trundle.bridge.units import Numbers
 from trundle.errors import TrundleError
 from trundle.kinematics import (
     Code,
@@ -20,8 +21,6 @@ from trundle.kinematics import (
 from trundle.limits import Twist, per, steering_inputs
 from trundle.robot import Robot
 from trundle.se2 import Array
-
-Numbers = tuple[float, ...]
 
 _TWIST = ("u", "v", "r")
 # Digits of a projection, whose entries are at most 1, before rounding.

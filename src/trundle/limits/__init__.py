@@ -2,10 +2,11 @@
 
 from trundle.limits.demands import Demand
 from trundle.limits.feasibility import KEPT, Feasibility, feasibility
-from trundle.limits.ramp import STILL, Ramp, Twist, TwistLimits, limit_names, per
+from trundle.limits.ramp import IMPLAUSIBLE, STILL, Ramp, Twist, TwistLimits, limit_names, per
 from trundle.limits.steering import SteeringInput, steering_groups, steering_inputs
 
 __all__ = [
+    "IMPLAUSIBLE",
     "KEPT",
     "STILL",
     "Demand",

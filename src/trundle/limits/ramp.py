@@ -18,6 +18,10 @@ Twist = tuple[float, float, float]
 
 STILL: Twist = (0.0, 0.0, 0.0)
 
+# A wheel that seems to have turned so many times further than its largest speed allows has not:
+# its counter was reset, or a bit was lost on the way.
+IMPLAUSIBLE = 2.0
+
 # No clock tells cycles shorter than this [s]: they are as good as none.
 _SHORTEST = 1e-9
 

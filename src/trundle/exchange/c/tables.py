@@ -6,11 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 
 from trundle.exchange.c.printer import number
-from trundle.limits import SteeringInput, TwistLimits, limit_names, per
+from trundle.limits import IMPLAUSIBLE, SteeringInput, TwistLimits, limit_names, per
 from trundle.robot import Encoder, Robot
-
-# A wheel that seems to have turned so many times further than its largest speed allows has not.
-_IMPLAUSIBLE = 2.0
 
 
 def driven_table(robot: Robot) -> str:
@@ -73,7 +70,7 @@ def counter_table(robot: Robot, encoder: Encoder | None, plausible: bool) -> str
     for wheel in robot.sensed:
         own = wheel.encoder or encoder
         size = number(own.radians_per_tick) if own else "STAND_IN"
-        fastest = _IMPLAUSIBLE * wheel.max_speed if wheel.max_speed and wheel.driven else 0.0
+        fastest = IMPLAUSIBLE * wheel.max_speed if wheel.max_speed and wheel.driven else 0.0
         rows.append(f"{{{size}, {number(fastest)}}}" if plausible else f"{{{size}}}")
     return _table(rows)
 
